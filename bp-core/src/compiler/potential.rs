@@ -7,12 +7,15 @@
 //! Strategies exchange potentials, never conditionals: P(X | Y) computed from a joint distribution is undefined if P(Y)
 //! = 0, while the factors are defined everywhere.
 
+mod bands;
 mod eliminate;
 mod sweep;
 
 pub(crate) use eliminate::{MOST_CELLS, Orders, Product, Trace};
 
+use bands::Bands;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Limit of ln(largest / smallest nonzero cell) for cells stored as numbers.
 const NARROW: f64 = 200.0;
@@ -30,6 +33,8 @@ pub(crate) struct Potential {
     range: f64,
     /// The logarithm of the common factor of the cells.
     ln_scale: f64,
+    /// For a table over two slots that is used many times: its band for sums over the first and over the second slot.
+    bands: [Option<Arc<Bands>>; 2],
 }
 
 impl Potential {
@@ -37,7 +42,7 @@ impl Potential {
     pub(crate) fn of_numbers(over: Vec<usize>, mut cells: Vec<f64>) -> Self {
         let largest = cells.iter().copied().fold(0.0, f64::max);
         if largest == 0.0 {
-            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0 };
+            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0, bands: [None, None] };
         }
         let mut ln_scale = 0.0;
         if !(1.0..2.0).contains(&largest) {
@@ -52,7 +57,7 @@ impl Potential {
             .fold((f64::INFINITY, 0.0f64), |(least, most), cell| (least.min(*cell), most.max(*cell)));
         let range = largest.ln() - smallest.ln();
         if range <= NARROW {
-            return Self { over, cells, logarithms: false, range, ln_scale };
+            return Self { over, cells, logarithms: false, range, ln_scale, bands: [None, None] };
         }
         let logarithms = cells.into_iter().map(f64::ln).collect();
         let mut wide = Self::of_logarithms(over, logarithms);
@@ -65,7 +70,7 @@ impl Potential {
         let largest = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if largest == f64::NEG_INFINITY {
             cells.fill(0.0);
-            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0 };
+            return Self { over, cells, logarithms: false, range: 0.0, ln_scale: 0.0, bands: [None, None] };
         }
         cells.iter_mut().for_each(|cell| *cell -= largest);
         let range = -cells.iter().copied().filter(|cell| cell.is_finite()).fold(0.0, f64::min);
@@ -73,7 +78,7 @@ impl Potential {
         if !logarithms {
             cells.iter_mut().for_each(|cell| *cell = cell.exp());
         }
-        Self { over, cells, logarithms, range, ln_scale: largest }
+        Self { over, cells, logarithms, range, ln_scale: largest, bands: [None, None] }
     }
 
     /// The same over other slots.
@@ -91,6 +96,18 @@ impl Potential {
     pub(crate) fn unscaled(mut self) -> (Self, f64) {
         let ln_scale = std::mem::take(&mut self.ln_scale);
         (self, ln_scale)
+    }
+
+    /// The same with its bands, where it has some: sums over one of its two slots take the time of the band.
+    pub(crate) fn with_bands(mut self, counts: &[usize]) -> Self {
+        if let ([first, second], false) = (self.over.as_slice(), self.logarithms) {
+            let (rows, columns) = (counts[*first], counts[*second]);
+            let cells = &self.cells;
+            let over_first = Bands::of(|i, j| cells[i * columns + j], rows, columns);
+            let over_second = Bands::of(|j, i| cells[i * columns + j], columns, rows);
+            self.bands = [over_first, over_second].map(|bands| bands.map(Arc::new));
+        }
+        self
     }
 
     /// The number of cells.

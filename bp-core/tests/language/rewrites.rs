@@ -8,7 +8,7 @@ use bp_core::compiler::answer::{Answer, Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
-use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
+use bp_core::compiler::plan::{Options, Rewrites, Route, Strategy, plan};
 
 fn asked(model: &Model, text: &str) -> Result<Vec<Answer>, Error> {
     ask(model, &question(model, text), &Inputs::new())
@@ -205,4 +205,90 @@ fn a_scan_whose_factor_is_searched_is_made_for_each_of_its_values() {
     let first = [(1.0, 0.3), (2.0, 0.21), (3.0, 0.147), (4.0, 0.343)];
     let of = |t: usize| first.iter().map(|(f, p)| p * (f + t as f64) / (7.0 * f + 21.0)).sum::<f64>();
     near(&one(&model, "P(T)"), &(0..7).map(of).collect::<Vec<_>>());
+}
+
+/// A program of n dice and their sum, and the question.
+fn dice(count: usize) -> Model {
+    let list = |separator: &str| (1..=count).map(|k| format!("D{k}")).collect::<Vec<_>>().join(separator);
+    let each = |text: fn(usize) -> String| (1..=count).map(text).collect::<Vec<_>>().join(" ");
+    model_of(&format!(
+        "program Dice {{ variables {{ {} : 1..=6; S : {count}..={}; }} decomposition {{ {} P(S | {}) }}
+         forms {{ {} P(S | {}) = dirac({}); }} }}",
+        list(", "),
+        6 * count,
+        each(|k| format!("P(D{k})")),
+        list(" "),
+        each(|k| format!("P(D{k}) = uniform;")),
+        list(" "),
+        list(" + "),
+    ))
+}
+
+#[test]
+fn a_sum_of_a_hundred_dice_is_a_convolution() {
+    let model = dice(100);
+    let exact = |text: &str, rewrites: Rewrites| {
+        let options = Options { rewrites, by: Some(Strategy::Sums), ..Options::default() };
+        let plan = plan(&model, &question(&model, text), options).unwrap();
+        let Route::Exact(exact) = &plan.routes[0] else { panic!("{text}: not a route of sums") };
+        exact.clone()
+    };
+    let all = Rewrites::default();
+    let (solved, summed) = (exact("P(S)", all), exact("P(S)", Rewrites { solve: false, ..all }));
+    assert!(solved.derivation.iter().any(|step| step.rule == "Dirac solved"));
+    assert!(solved.cost < 0.02 * summed.cost, "{} of {}", solved.cost, summed.cost);
+    // The numbers of ways, as whole numbers: the coefficients of (x + … + x⁶)¹⁰⁰.
+    let all = &asked(&model, "P(S)").unwrap()[0];
+    let of = |sum: usize| all.answer[sum - 100].p().unwrap();
+    assert!((of(350) / 0.023_322_606_015_345_36 - 1.0).abs() < 1e-12);
+    assert!((of(600) / 1.530_646_707_486_506_3e-78 - 1.0).abs() < 1e-12);
+    let expected = [
+        0.161_464_364_055_010_08,
+        0.164_266_970_407_705_6,
+        0.166_543_888_992_861_3,
+        0.168_272_176_557_557_5,
+        0.169_434_278_000_428_2,
+        0.170_018_321_986_437_3,
+    ];
+    near(&one(&model, "P(D1 | S = 353)"), &expected);
+}
+
+#[test]
+fn a_solved_sum_keeps_its_domains_signs_and_other_factors() {
+    // D is outside its domain for most (A, E); A is also a parent of B, and its own law has a zero.
+    let model = model_of(
+        "program Signs { variables { A : -1..=2; E : 0..=2; D : -3..=0; B : bool; T : 0..=9; }
+         decomposition { P(A) P(E) P(B | A) P(D | A E) P(T | D B) }
+         forms { P(A) = categorical(0.4, 0, 0.5, 0.1); P(E) = categorical(0.2, 0.3, 0.5);
+                 P(B | A) = bernoulli(0.2 + 0.2 * A * A); P(D | A E) = dirac(1 - A - (E - 1));
+                 P(T | D B) = dirac(if B { 1 - D } else { 4 - 2 * D }); } }",
+    );
+    // By hand, over all (A, E): weights with D = 2 − A − E in −3..=0.
+    let mut joint = [[0.0; 4]; 2];
+    let mut times = [0.0; 10];
+    for (a, p) in [(-1i32, 0.4), (0, 0.0), (1, 0.5), (2, 0.1)] {
+        for (e, q) in [(0i32, 0.2), (1, 0.3), (2, 0.5)] {
+            let d = 2 - a - e;
+            if (-3..=0).contains(&d) {
+                let b = 0.2 + 0.2 * f64::from(a * a);
+                for (value, r) in [(0, 1.0 - b), (1, b)] {
+                    joint[value][(d + 3) as usize] += p * q * r;
+                    times[if value == 1 { 1 - d } else { 4 - 2 * d } as usize] += p * q * r;
+                }
+            }
+        }
+    }
+    let total: f64 = joint.iter().flatten().sum();
+    let expected: Vec<f64> = joint.iter().flatten().map(|p| p / total).collect();
+    let expected_times: Vec<f64> = times.iter().map(|p| p / total).collect();
+    for (rule, rewrites) in without() {
+        let options = Options { rewrites, ln_evidence: true, ..Options::default() };
+        for (text, expected) in [("P(B D)", &expected), ("P(T)", &expected_times)] {
+            let answers = interpreted(&model, &question(&model, text), options);
+            for ((_, p), q) in answers[0].1.iter().zip(expected) {
+                assert!((p - q).abs() <= 1e-14, "{text} without {rule}: {p}, not {q}");
+            }
+            assert!((answers[0].2.unwrap() - total.ln()).abs() <= 1e-13, "{text} without {rule}");
+        }
+    }
 }

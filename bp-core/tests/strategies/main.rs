@@ -4,6 +4,7 @@
 //! values. Invariant: an oracle shares no code with the code that it checks.
 
 mod back_ends;
+mod bands;
 mod cell;
 mod chains;
 mod choices;

@@ -80,12 +80,13 @@ pub(crate) fn interpreted(
 }
 
 /// All rules but one.
-pub(crate) fn without() -> [(&'static str, Rewrites); 6] {
+pub(crate) fn without() -> [(&'static str, Rewrites); 7] {
     let all = Rewrites::default();
     [
         ("none left out", all),
         ("barren", Rewrites { barren: false, ..all }),
         ("dirac", Rewrites { dirac: false, ..all }),
+        ("solve", Rewrites { solve: false, ..all }),
         ("scan", Rewrites { scan: false, ..all }),
         ("order", Rewrites { order: false, ..all }),
         ("cancel", Rewrites { cancel: false, ..all }),

@@ -68,7 +68,7 @@ impl Exact {
             match &self.terms[term] {
                 Term::FirstScan(_) => found = true,
                 Term::Product(factors) => rest.extend(factors),
-                Term::Sum(_, body) | Term::Normalise(_, body) => rest.push(*body),
+                Term::Sum(_, body) | Term::At(_, body) | Term::Normalise(_, body) => rest.push(*body),
                 _ => {}
             }
         }

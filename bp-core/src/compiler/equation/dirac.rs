@@ -45,7 +45,7 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
                 draft.model.variable_name(*displacement)
             ),
             Binding::Expression(value) => format!("{name} = {}", draft.model.expression_text(*value, &[])),
-            Binding::Value(_) => name,
+            Binding::Value(_) | Binding::Solved(_) => name,
         };
         draft.bindings.insert(variable, binding);
         draft.free.remove(&variable);

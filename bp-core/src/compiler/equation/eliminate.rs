@@ -8,7 +8,7 @@
 //! The order is found by `elimination`.
 
 use super::draft::Draft;
-use super::{Cost, Elimination, Term, draft::are, order, scope};
+use super::{Cost, Elimination, Scope, Term, draft::are, order, scope, solve};
 use crate::error::Error;
 use crate::ids::{TermId, VariableId};
 use crate::model::{Domain, IndexSpace, Model, VariableUse};
@@ -31,7 +31,8 @@ pub(super) fn order(draft: &mut Draft<'_>) -> Result<(), Error> {
     }
     let scope = |term: &TermId| scope::of_term(draft.model, &draft.terms, &draft.bindings, *term);
     let scopes: Vec<_> = draft.factors.iter().map(scope).collect();
-    let sums = order::sums(draft.model, &scopes, &free);
+    let solved: Vec<Scope> = draft.factors.iter().map(|term| solve::by(draft, *term)).collect();
+    let sums = order::sums(draft.model, &scopes, &free, &solved);
     let names: Vec<_> = sums.iter().map(|sum| draft.model.variable_name(sum.variable)).collect();
     // The factors not yet under a sum: those of the draft, then the sums.
     let mut factors: Vec<Option<TermId>> = draft.factors.iter().copied().map(Some).collect();

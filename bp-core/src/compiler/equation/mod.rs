@@ -22,6 +22,7 @@ mod range;
 mod scan;
 mod scope;
 mod size;
+mod solve;
 mod strategy;
 
 pub(crate) use barren::{is_proper, remove as remove_barren};
@@ -35,12 +36,13 @@ pub(crate) use print::Line;
 pub use range::{Mark, Marked};
 pub(crate) use scope::{Scope, of_form};
 pub(crate) use size::MOST_PRODUCTS;
+pub(crate) use solve::Solution;
 pub use strategy::Strategy;
 
 use crate::error::Error;
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Ask, Model, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A node of the equation.
 #[derive(Clone, PartialEq, Debug)]
@@ -59,6 +61,8 @@ pub enum Term {
     Product(Vec<TermId>),
     /// A sum over the values of variables.
     Sum(Vec<VariableId>, TermId),
+    /// A term at the value of a variable that fulfils a Dirac ([`Binding::Solved`]); 0 where it is outside the domain.
+    At(VariableId, TermId),
     /// Σ over the hidden elements of a family of which only the first true one matters, as a scan.
     FirstScan(FirstScan),
     /// The body divided by its sum over variables.
@@ -78,6 +82,21 @@ pub struct FirstScan {
     pub with: Option<(ExpressionId, ExpressionId)>,
 }
 
+/// The terms below some terms, themselves included.
+pub(crate) fn reachable(terms: &Arena<TermId, Term>, roots: &[TermId]) -> BTreeSet<TermId> {
+    let (mut seen, mut rest) = (BTreeSet::new(), roots.to_vec());
+    while let Some(id) = rest.pop() {
+        if seen.insert(id) {
+            match &terms[id] {
+                Term::Product(parts) => rest.extend(parts),
+                Term::Sum(_, body) | Term::At(_, body) | Term::Normalise(_, body) => rest.push(*body),
+                _ => {}
+            }
+        }
+    }
+    seen
+}
+
 /// The binding of a variable that is not summed.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Binding {
@@ -92,6 +111,8 @@ pub enum Binding {
         /// The displacement.
         displacement: VariableId,
     },
+    /// The one value that fulfils a Dirac.
+    Solved(Solution),
 }
 
 /// The enabled rules: all, except in tests of a rule.
@@ -101,6 +122,8 @@ pub struct Rewrites {
     pub barren: bool,
     /// A Dirac is a substitution.
     pub dirac: bool,
+    /// A sum over a Dirac is a read at the value that fulfils it.
+    pub solve: bool,
     /// A chain is a scan.
     pub scan: bool,
     /// Sums are pushed inwards, in the cheapest order found.
@@ -111,7 +134,7 @@ pub struct Rewrites {
 
 impl Default for Rewrites {
     fn default() -> Self {
-        Self { barren: true, dirac: true, scan: true, order: true, cancel: true }
+        Self { barren: true, dirac: true, solve: true, scan: true, order: true, cancel: true }
     }
 }
 
@@ -228,5 +251,6 @@ fn stages(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Erro
     scan::chains(&mut draft);
     cancel::normaliser(&mut draft);
     eliminate::order(&mut draft)?;
+    solve::sums(&mut draft);
     draft.finish()
 }

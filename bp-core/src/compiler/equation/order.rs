@@ -22,8 +22,32 @@ pub(super) struct Sum {
     pub(super) weight: f64,
 }
 
-/// The sums, in the cheapest order that is found.
-pub(super) fn sums(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableId>) -> Vec<Sum> {
+/// The sums, in the cheapest order that is found. A factor that is a Dirac leaves one value of each variable in its set
+/// of `solved`: a sum over such a variable has no more products than its table has numbers.
+pub(super) fn sums(
+    model: &Model,
+    scopes: &[Scope],
+    free: &BTreeSet<VariableId>,
+    solved: &[Scope],
+) -> Vec<Sum> {
+    let product = || {
+        let mut product = Product { users: HashMap::new(), scopes: Vec::new() };
+        scopes.iter().for_each(|scope| product.add(scope.clone()));
+        product
+    };
+    let cost = |sums: &[Sum]| sums.iter().map(|sum| sum.cost(model, solved)).sum::<f64>();
+    let mut given = product();
+    let order = in_general(model, scopes, free);
+    let sums: Vec<Sum> = order.into_iter().map(|variable| given.sum_out(model, variable)).collect();
+    if solved.iter().all(Scope::is_empty) {
+        return sums;
+    }
+    let greedy = product().greedily(model, free, solved);
+    if cost(&greedy) < cost(&sums) { greedy } else { sums }
+}
+
+/// An order that depends on the scopes alone.
+fn in_general(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableId>) -> Vec<VariableId> {
     let all: BTreeSet<VariableId> = scopes.iter().flatten().chain(free).copied().collect();
     let all: Vec<VariableId> = all.into_iter().collect();
     let numbers: BTreeMap<VariableId, u32> = all.iter().copied().zip(0..).collect();
@@ -31,9 +55,7 @@ pub(super) fn sums(model: &Model, scopes: &[Scope], free: &BTreeSet<VariableId>)
     let numbered: Vec<Vec<u32>> = scopes.iter().map(number).collect();
     let cardinality = all.iter().map(|variable| weight(model, *variable)).collect();
     let order = elimination::order(cardinality, &numbered, &number(free));
-    let mut product = Product { users: HashMap::new(), scopes: Vec::new() };
-    scopes.iter().for_each(|scope| product.add(scope.clone()));
-    order.variables.iter().map(|one| product.sum_out(model, all[*one as usize])).collect()
+    order.variables.iter().map(|one| all[*one as usize]).collect()
 }
 
 /// The number of values of a variable; 1 for the plate's index, since every answer iterates over the plate.
@@ -57,21 +79,58 @@ impl Product {
         self.scopes.push(scope);
     }
 
-    fn sum_out(&mut self, model: &Model, variable: VariableId) -> Sum {
-        let inside: Vec<usize> = self.users.remove(&variable).into_iter().flatten().collect();
+    /// The sum over a variable, if it were the next.
+    fn sum(&self, model: &Model, variable: VariableId) -> Sum {
+        let inside: Vec<usize> = self.users.get(&variable).into_iter().flatten().copied().collect();
         let mut table = Scope::from([variable]);
         inside.iter().for_each(|factor| table.extend(&self.scopes[*factor]));
         let weight = table.iter().map(|variable| weight(model, *variable)).product();
         table.remove(&variable);
-        for factor in &inside {
+        Sum { variable, inside, table, weight }
+    }
+
+    /// All sums, the one of the fewest products next.
+    fn greedily(mut self, model: &Model, free: &BTreeSet<VariableId>, solved: &[Scope]) -> Vec<Sum> {
+        let cost = |product: &Self, one: VariableId| product.sum(model, one).cost(model, solved);
+        let mut rest: BTreeMap<VariableId, f64> = free.iter().map(|one| (*one, cost(&self, *one))).collect();
+        let mut sums = Vec::with_capacity(rest.len());
+        while let Some((next, _)) = rest.iter().min_by(|one, other| one.1.total_cmp(other.1)) {
+            let next = *next;
+            rest.remove(&next);
+            let sum = self.sum_out(model, next);
+            for variable in &sum.table {
+                if let Some(known) = rest.get_mut(variable) {
+                    *known = cost(&self, *variable);
+                }
+            }
+            sums.push(sum);
+        }
+        sums
+    }
+
+    fn sum_out(&mut self, model: &Model, variable: VariableId) -> Sum {
+        let sum = self.sum(model, variable);
+        self.users.remove(&variable);
+        for factor in &sum.inside {
             for other in std::mem::take(&mut self.scopes[*factor]) {
                 if let Some(users) = self.users.get_mut(&other) {
                     users.remove(factor);
                 }
             }
         }
-        self.add(table.clone());
-        Sum { variable, inside, table, weight }
+        self.add(sum.table.clone());
+        sum
+    }
+}
+
+impl Sum {
+    /// The number of products.
+    fn cost(&self, model: &Model, solved: &[Scope]) -> f64 {
+        let is_solved = |factor: &usize| solved.get(*factor).is_some_and(|own| own.contains(&self.variable));
+        match self.inside.iter().any(is_solved) {
+            true => self.weight / weight(model, self.variable),
+            false => self.weight,
+        }
     }
 }
 
@@ -92,7 +151,7 @@ mod tests {
         }
         let model = model.build().unwrap();
         let scopes: Vec<Scope> = ids.windows(2).map(|pair| pair.iter().copied().collect()).collect();
-        let sums = sums(&model, &scopes, &ids[..3].iter().copied().collect());
+        let sums = sums(&model, &scopes, &ids[..3].iter().copied().collect(), &[]);
         let found: Vec<_> = sums.iter().map(|sum| (sum.variable, sum.weight, sum.inside.clone())).collect();
         assert_eq!(found, [(ids[0], 18.0, vec![0]), (ids[1], 27.0, vec![1, 3]), (ids[2], 6.0, vec![2, 4])]);
     }

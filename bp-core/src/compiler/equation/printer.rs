@@ -131,7 +131,7 @@ impl Printer<'_> {
                 format!("{signs}{body}")
             }
             Term::FirstScan(scan) => self.first_scan(scan),
-            Term::Normalise(_, body) => self.term_at(*body, depth),
+            Term::At(_, body) | Term::Normalise(_, body) => self.term_at(*body, depth),
         }
     }
 
@@ -217,6 +217,9 @@ impl Printer<'_> {
             }
             Some(Binding::Value(Value::Given(given))) => self.notation.label(given),
             Some(Binding::Expression(expression)) => self.expression(*expression, &[]),
+            Some(Binding::Solved(solution)) => {
+                solution.written(&name(solution.of), |operand| self.expression(operand, &[]), "−")
+            }
             Some(Binding::Antecedent { cell, displacement }) => {
                 self.notation.relation(&name(*cell), "−", &name(*displacement))
             }

@@ -110,7 +110,7 @@ impl Exact {
         while let Some(id) = open.pop().filter(|_| marked.len() < MOST_MARKED) {
             match &self.terms[id] {
                 Term::Product(factors) => open.extend(factors.iter().rev()),
-                Term::Sum(_, body) | Term::Normalise(_, body) => open.push(*body),
+                Term::Sum(_, body) | Term::At(_, body) | Term::Normalise(_, body) => open.push(*body),
                 _ => {}
             }
             let many = |factor: &FactorId| !model.factors[*factor].products.is_empty();
@@ -156,7 +156,7 @@ impl Exact {
                     open.extend(factors);
                     continue;
                 }
-                Term::Sum(_, body) | Term::Normalise(_, body) => {
+                Term::Sum(_, body) | Term::At(_, body) | Term::Normalise(_, body) => {
                     open.push(*body);
                     continue;
                 }

@@ -3,7 +3,7 @@
 //! In: ids. Out: sets of variables. Invariant: a right-hand variable that a form does not use is not in its
 //! scope: `P(G[j] | O C) = uniform` depends on G alone.
 
-use super::{Binding, Term};
+use super::{Binding, Solution, Term};
 use crate::ids::{Arena, ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Expression, Form, Model, VariableUse};
 use std::collections::{BTreeMap, BTreeSet};
@@ -79,6 +79,10 @@ pub(crate) fn of_term(
             scope.retain(|variable| !over.contains(variable));
         }
         Term::Normalise(_, body) => scope = rest(*body),
+        Term::At(variable, body) => {
+            scope = rest(*body);
+            scope.insert(*variable);
+        }
         Term::FirstScan(scan) => {
             scope = of_factor(model, scan.factor);
             scope.extend(of_form(model, scan.prior));
@@ -102,6 +106,11 @@ fn resolve(model: &Model, bindings: &BTreeMap<VariableId, Binding>, scope: Scope
             }
             Some(Binding::Value(_)) => {}
             Some(Binding::Antecedent { cell, displacement }) => rest.extend([*cell, *displacement]),
+            Some(Binding::Solved(Solution { of, rest: operands, .. })) => {
+                let mut inner = Scope::from([*of]);
+                operands.iter().for_each(|(_, operand)| of_expression(model, *operand, &mut inner));
+                rest.extend(inner);
+            }
             Some(Binding::Expression(expression)) => {
                 let mut inner = Scope::new();
                 of_expression(model, *expression, &mut inner);

@@ -4,12 +4,12 @@
 //! variables that are looped over or bound are looked up.
 
 use super::{Lowering, Meaning};
-use crate::equation::Binding;
+use crate::equation::{Binding, Solution};
 use crate::error::Error;
 use crate::ids::{AxisId, BufferId, ExpressionId, SetId, ValueId, VariableId};
 use crate::kernel::{Coordinate, Displacements, Extent, Fold, Index, InputKey, Role, SizeKey};
 use crate::model::{Domain, Expression, SetKind, Value};
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
 
 impl Lowering<'_> {
     /// The number of values of an extent; one known only at run time is a sum of ones, computed once.
@@ -62,8 +62,27 @@ impl Lowering<'_> {
                 Ok(meaning)
             }
             Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
+            Some(Binding::Solved(solution)) => self.solved(variable, &solution),
             None => Err(self.unplanned(format!("`{name}` is needed, but it has no value"))),
         }
+    }
+
+    /// The value of a variable that fulfils a Dirac.
+    fn solved(&mut self, variable: VariableId, solution: &Solution) -> Result<Meaning, Error> {
+        let Meaning::Ordinal(of) = self.meaning(solution.of, None)? else {
+            return Err(self.unplanned("a Dirac is solved for a finite variable"));
+        };
+        let base = self.builder.constant(self.model.variables[solution.of].domain.base() as f64);
+        let mut number = self.builder.binary(Binary::Add, of, base);
+        for (negated, operand) in &solution.rest {
+            let operand = self.expression(*operand)?;
+            let operator = if *negated { Binary::Add } else { Binary::Subtract };
+            number = self.builder.binary(operator, number, operand);
+        }
+        if solution.negated {
+            number = self.builder.unary(Unary::Negate, number);
+        }
+        Ok(self.meaning_of(variable, number))
     }
 
     /// Lowers the Diracs below an expression, dependencies first, with a list instead of recursion: chains may be long.

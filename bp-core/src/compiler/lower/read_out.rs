@@ -4,13 +4,12 @@
 //! known variables share one joint, computed once.
 
 use super::{Lowering, Meaning};
-use crate::equation::Term;
+use crate::equation::{Term, reachable};
 use crate::error::Error;
-use crate::ids::{Arena, AxisId, BufferId, TermId, ValueId, VariableId};
+use crate::ids::{AxisId, BufferId, TermId, ValueId, VariableId};
 use crate::kernel::{Check, Fold, Index, Kernel, OutputKey, Reduce, Role};
 use crate::model::{Ask, Statistic, Value};
 use crate::operators::{Binary, Unary};
-use std::collections::BTreeSet;
 
 /// A kernel and the meanings of its outputs.
 #[derive(Clone, PartialEq, Debug)]
@@ -32,21 +31,6 @@ pub struct Output {
     pub ask: Option<Ask>,
     /// Its axes before the plate's: known variables with a row for each value, then the searched ones.
     pub variables: Vec<VariableId>,
-}
-
-/// The terms below a term, itself included.
-fn reachable(terms: &Arena<TermId, Term>, root: TermId) -> BTreeSet<TermId> {
-    let (mut seen, mut rest) = (BTreeSet::new(), vec![root]);
-    while let Some(id) = rest.pop() {
-        if seen.insert(id) {
-            match &terms[id] {
-                Term::Product(parts) => rest.extend(parts),
-                Term::Sum(_, body) | Term::Normalise(_, body) => rest.push(*body),
-                _ => {}
-            }
-        }
-    }
-    seen
 }
 
 /// The divisor of a joint.
@@ -118,7 +102,7 @@ impl Lowering<'_> {
         let outputs: Vec<BufferId> = self.builder.so_far().outputs().map(|(id, _)| id).collect();
         outputs.into_iter().for_each(|id| self.builder.check_buffer(id, Check::Number));
         let terms = &self.exact.terms;
-        let possible: Vec<TermId> = (reachable(terms, self.exact.joint).into_iter())
+        let possible: Vec<TermId> = (reachable(terms, &[self.exact.joint]).into_iter())
             .filter(|id| matches!(terms[*id], Term::Possible(_)))
             .collect();
         if possible.is_empty() {

@@ -7,7 +7,7 @@ use super::{Lowering, Meaning};
 use crate::equation::{Binding, Term};
 use crate::error::Error;
 use crate::ids::{AxisId, TermId, ValueId, VariableId};
-use crate::kernel::Fold;
+use crate::kernel::{Fold, Index, Reduce};
 use crate::law::Constraint;
 use crate::operators::{Binary, Unary};
 
@@ -24,6 +24,8 @@ enum Task {
     Guard(VariableId),
     /// Sum the last value over these axes of these loop variables.
     Sum(Vec<VariableId>, Vec<AxisId>),
+    /// Read the last value at the solved value of this variable, whose loop has this axis.
+    At(VariableId, AxisId),
 }
 
 /// The last value, and the one before it.
@@ -43,6 +45,11 @@ impl Lowering<'_> {
                 Task::Multiply => {
                     let (factor, product) = two(&mut values);
                     values.push(self.builder.binary(Binary::Multiply, product, factor));
+                }
+                Task::At(variable, axis) => {
+                    self.stop(variable);
+                    let value = values.pop().expect("internal: a term has a value");
+                    values.push(self.read_at(variable, axis, value)?);
                 }
                 Task::Guard(variable) => {
                     let product = values.pop().expect("internal: a product is guarded");
@@ -111,6 +118,11 @@ impl Lowering<'_> {
                 }
             },
             Term::FirstScan(scan) => self.first_scan(&scan)?,
+            Term::At(variable, body) => {
+                let axis = self.run_through(variable)[0];
+                tasks.extend([Task::At(variable, axis), Task::Term(body)]);
+                return Ok(());
+            }
             Term::Normalise(_, body) => {
                 tasks.push(Task::Term(body));
                 return Ok(());
@@ -118,6 +130,24 @@ impl Lowering<'_> {
         };
         values.push(value);
         Ok(())
+    }
+
+    /// A value that depends on the axis of a variable, at the value of the variable that fulfils a Dirac.
+    fn read_at(&mut self, variable: VariableId, axis: AxisId, value: ValueId) -> Result<ValueId, Error> {
+        let axes = self.axes_but(value, &[]);
+        let zero = self.builder.constant(0.0);
+        if !axes.contains(&axis) {
+            let (inside, _) = self.inside(variable)?;
+            return Ok(self.builder.select(inside, value, zero));
+        }
+        let name = self.name("values");
+        let table = self.builder.made(&name, &axes, Reduce::None, value);
+        let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
+            unreachable!("internal: a solved variable is finite")
+        };
+        let index = |own: &AxisId| if *own == axis { Index::At(ordinal) } else { Index::Axis(*own) };
+        let indices = axes.iter().map(index).collect();
+        Ok(self.builder.load_or(table, indices, zero))
     }
 
     /// The likelihood at the value of a variable with virtual evidence.
@@ -145,7 +175,7 @@ impl Lowering<'_> {
         let mut rest = vec![id];
         while let Some(id) = rest.pop() {
             match &self.exact.terms[id] {
-                Term::Sum(..) | Term::FirstScan(_) => return true,
+                Term::Sum(..) | Term::At(..) | Term::FirstScan(_) => return true,
                 Term::Product(factors) => rest.extend(factors),
                 Term::Normalise(_, body) => rest.push(*body),
                 _ => {}

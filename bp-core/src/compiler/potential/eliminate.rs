@@ -103,6 +103,13 @@ impl Product {
         self
     }
 
+    /// The same, each potential with its bands.
+    pub(crate) fn with_bands(mut self, counts: &[usize]) -> Self {
+        let with_bands = |part: Arc<Potential>| Arc::new(Arc::unwrap_or_clone(part).with_bands(counts));
+        self.parts = self.parts.into_iter().map(with_bands).collect();
+        self
+    }
+
     /// The slots of its potentials.
     pub(crate) fn slots(&self) -> Vec<usize> {
         let mut slots: Vec<usize> = self.parts.iter().flat_map(|part| part.over.iter().copied()).collect();

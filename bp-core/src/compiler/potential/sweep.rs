@@ -5,6 +5,7 @@
 //! is subtracted before the exponential.
 
 use super::Potential;
+use super::bands::Ln;
 use std::borrow::Cow;
 
 /// The range up to which a product of numbers is certain to be a normal number: e^−650 > 10^−283.
@@ -29,6 +30,9 @@ pub(super) fn folded(
     fold: Fold,
     counts: &[usize],
 ) -> (Potential, Vec<u32>) {
+    if let Some(banded) = away.and_then(|slot| banded(parts, slot, fold, counts)) {
+        return banded;
+    }
     let nest = Nest::new(parts, away, counts);
     let range: f64 = parts.iter().map(|part| part.range).sum();
     let ln_scale: f64 = parts.iter().map(|part| part.ln_scale).sum();
@@ -55,6 +59,46 @@ pub(super) fn folded(
     };
     made.ln_scale += ln_scale;
     (made, choice)
+}
+
+/// The same where one of several potentials has a band, and the others do not have its other slot.
+fn banded(parts: &[&Potential], slot: usize, fold: Fold, counts: &[usize]) -> Option<(Potential, Vec<u32>)> {
+    let with_bands = |part: &&&Potential| part.bands[usize::from(part.over.last() == Some(&slot))].is_some();
+    let table: &Potential = parts.iter().find(with_bands)?;
+    let bands = table.bands[usize::from(table.over[1] == slot)].as_ref()?;
+    let other = table.over[usize::from(table.over[0] == slot)];
+    let others: Vec<&Potential> = parts.iter().copied().filter(|part| !std::ptr::eq(*part, table)).collect();
+    if others.is_empty() || others.iter().any(|part| part.over.contains(&other)) {
+        return None;
+    }
+    let weights = folded(&others, None, Fold::Sum, counts).0;
+    let mut over: Vec<usize> = weights.over.iter().copied().filter(|own| *own != slot).collect();
+    let rows = weights.ordered(&weights.cells, &[over.as_slice(), &[slot]].concat(), counts);
+    over.push(other);
+    let rows = rows.chunks_exact(counts[slot].max(1));
+    let mut choice = Vec::new();
+    let narrow = !weights.logarithms && weights.range + table.range <= SURELY_NORMAL;
+    let mut made = if narrow {
+        let mut cells = Vec::new();
+        rows.for_each(|row| match fold {
+            Fold::Sum => bands.sums(row, &mut cells),
+            Fold::Maximum => bands.largest(row, &mut cells, &mut choice),
+        });
+        Potential::of_numbers(over, cells)
+    } else {
+        let mut cells: Vec<Ln> = Vec::new();
+        let ln = |cell: &f64| Ln(if weights.logarithms { *cell } else { cell.ln() });
+        rows.for_each(|row| {
+            let row: Vec<Ln> = row.iter().map(ln).collect();
+            match fold {
+                Fold::Sum => bands.sums(&row, &mut cells),
+                Fold::Maximum => bands.largest(&row, &mut cells, &mut choice),
+            }
+        });
+        Potential::of_logarithms(over, cells.into_iter().map(|cell| cell.0).collect())
+    };
+    made.ln_scale += weights.ln_scale + table.ln_scale;
+    Some((made, choice))
 }
 
 /// The loops: over the eliminated slot, then over the axes of the result, of which the last is a run.

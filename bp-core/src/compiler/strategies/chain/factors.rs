@@ -6,6 +6,7 @@
 //! X^-1 enter the first instant only: from then on the message of the previous instant replaces them.
 
 mod messages;
+mod products;
 
 use super::{far, is_dirac};
 use crate::distribution::{Distribution, Instance, Setting};
@@ -44,6 +45,9 @@ pub(super) struct Factors<'s> {
     patterns: HashMap<(bool, Vec<usize>), Arc<Vec<Described>>>,
     distributions: HashMap<(usize, bool), Arc<Vec<Distribution>>>,
     constant: HashMap<(usize, bool), Arc<Potential>>,
+    /// Sums of the factors without observed slots, by whether the instant is the first, whether it has
+    /// observations, and the observed slots.
+    summed: HashMap<(bool, bool, Vec<usize>), Product>,
     made: HashMap<Made, Product>,
     made_cells: usize,
     pub(super) orders: Orders,
@@ -145,35 +149,20 @@ impl<'s> Factors<'s> {
             patterns: HashMap::new(),
             distributions: HashMap::new(),
             constant: HashMap::new(),
+            summed: HashMap::new(),
             made: HashMap::new(),
             made_cells: 0,
             orders: Orders::default(),
         })
     }
 
-    /// The product of all factors of an instant. `first`: include the factors that distribute X^-1. `given`: apply the
-    /// likelihoods of the question; false for a predicted instant.
-    pub(super) fn product(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
-        let bits = instant.iter().map(|(slot, value)| (*slot, value.to_bits())).collect();
-        let key: Made = (first, given, bits);
-        if let Some(made) = self.made.get(&key) {
-            return Ok(made.clone());
-        }
-        let raw = self.potentials(instant, first, given)?;
-        let axes = &self.axes;
-        let product = raw
-            .summed(|slot| axes.contains(&slot), &self.counts, &mut self.orders)
-            .map_err(|cells| self.too_large(cells))?;
-        let cells: usize = product.parts.iter().map(|part| part.len()).sum();
-        let finite = instant.iter().all(|(slot, _)| self.counts[*slot] > 0);
-        if finite && self.made_cells + cells <= MOST_MADE {
-            self.made_cells += cells;
-            self.made.insert(key, product.clone());
-        }
-        Ok(product)
-    }
-
-    fn potentials(&mut self, instant: &Instant, first: bool, given: bool) -> Result<Product, Error> {
+    /// The factors without observed slots, and the others.
+    fn potentials(
+        &mut self,
+        instant: &Instant,
+        first: bool,
+        given: bool,
+    ) -> Result<(Product, Product), Error> {
         let pattern = self.pattern(instant, first)?;
         let mut values = vec![f64::NAN; self.setting.slots()];
         for (slot, distributes) in self.distributes.iter().enumerate() {
@@ -183,7 +172,7 @@ impl<'s> Factors<'s> {
             }
         }
         instant.iter().for_each(|(slot, value)| values[*slot] = *value);
-        let mut product = Product::default();
+        let (mut constant, mut product) = (Product::default(), Product::default());
         // Observed factors over the same slots are summed as logarithms.
         let mut observed: BTreeMap<Vec<usize>, (Vec<f64>, f64)> = BTreeMap::new();
         for described in pattern.iter() {
@@ -196,7 +185,7 @@ impl<'s> Factors<'s> {
                     };
                     self.constant.insert(described.key(), Arc::new(made));
                 }
-                product.push(self.constant[&described.key()].clone());
+                constant.push(self.constant[&described.key()].clone());
                 continue;
             }
             let (mut cells, logarithms, ln_scale) = self.cells(described, &mut values)?;
@@ -228,7 +217,7 @@ impl<'s> Factors<'s> {
                 None => Potential::of_numbers(vec![*slot], weights.clone()),
             }));
         }
-        Ok(product)
+        Ok((constant, product))
     }
 
     fn is_real(&self, described: &Described) -> bool {
