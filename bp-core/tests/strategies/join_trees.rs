@@ -273,7 +273,7 @@ fn joint_posteriors_and_informations_are_those_of_enumeration() {
             });
             near(*p, expected, &format!("seed {seed}, row {row}"));
         }
-        for observed in observations(&network, &evidence, targets, &free).unwrap() {
+        for observed in observations(&network, &evidence, targets, &free).unwrap().1 {
             let x = observed.variable;
             let mut information = 0.0;
             for row in 0..extents[0] * extents[1] {

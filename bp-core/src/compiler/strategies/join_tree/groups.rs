@@ -128,8 +128,7 @@ impl Asked<'_> {
     fn information(&self) -> Result<Vec<Found>, Error> {
         let (about, among) = (self.numbers(&self.findings.about), self.numbers(&self.findings.among));
         let network = &self.named.network;
-        let now = joint(network, &self.evidence, &about)?;
-        let found = observations(network, &self.evidence, &about, &among)?;
+        let (now, found) = observations(network, &self.evidence, &about, &among)?;
         let answer = |ask: &Ask| {
             let own = ask.searched[0].variable;
             let is_entropy = ask.statistic == Statistic::Entropy;

@@ -57,13 +57,18 @@ pub fn joint(network: &Network, evidence: &NetworkEvidence, variables: &[usize])
             None => probabilities.extend(std::iter::repeat_n(0.0, extent)),
         }
     })?;
-    // Each is a ratio of two numbers known by their logarithms: normalising removes the rounding errors.
-    let total: f64 = probabilities.iter().sum();
-    probabilities.iter_mut().for_each(|p| *p /= total);
-    Ok(Joint { probabilities, ln_evidence })
+    Ok(Joint { probabilities: normalised(probabilities), ln_evidence })
 }
 
-/// The expected information of each candidate observation about the targets jointly, the largest first.
+/// Ratios of two numbers known by their logarithms: normalising removes the rounding errors.
+fn normalised(mut probabilities: Vec<f64>) -> Vec<f64> {
+    let total: f64 = probabilities.iter().sum();
+    probabilities.iter_mut().for_each(|p| *p /= total);
+    probabilities
+}
+
+/// The joint posterior of the targets, and the expected information of each candidate observation about them, the largest
+/// first. One propagation for P(e), and one for each combination of values of the targets.
 ///
 /// I(T; X | e) = Σ_t P(t | e) Σ_x P(x | t, e) log₂ (P(x | t, e) / P(x | e))
 ///
@@ -74,19 +79,22 @@ pub fn observations(
     evidence: &NetworkEvidence,
     targets: &[usize],
     candidates: &[usize],
-) -> Result<Vec<Observation>, Error> {
+) -> Result<(Joint, Vec<Observation>), Error> {
     let free = |one: &&usize| !targets.contains(one) && !evidence.hard.iter().any(|(known, _)| known == *one);
     let candidates: Vec<usize> = candidates.iter().filter(free).copied().collect();
     // Σ_t P(t | e) P(x | t, e) is P(x | e); Σ_t P(t | e) H(X | t, e) is the conditional entropy of X.
     let mut means: Vec<Vec<f64>> =
         candidates.iter().map(|one| vec![0.0; network.cardinalities[*one]]).collect();
     let mut remaining = vec![0.0; candidates.len()];
-    condition(network, evidence, targets, &candidates, |p, marginals| {
+    let mut probabilities = Vec::new();
+    let ln_evidence = condition(network, evidence, targets, &candidates, |p, marginals| {
+        probabilities.push(p);
         for (number, marginal) in marginals.into_iter().flatten().enumerate() {
             means[number].iter_mut().zip(marginal.iter()).for_each(|(mean, q)| *mean += p * q);
             remaining[number] += p * entropy(marginal);
         }
     })?;
+    let joint = Joint { probabilities: normalised(probabilities), ln_evidence };
     let found = candidates.iter().zip(&means).zip(&remaining).map(|((variable, mean), remaining)| {
         let entropy = entropy(mean);
         let information = entropy - remaining;
@@ -96,7 +104,7 @@ pub fn observations(
     });
     let mut found: Vec<Observation> = found.collect();
     found.sort_by(|one, other| other.information.total_cmp(&one.information));
-    Ok(found)
+    Ok((joint, found))
 }
 
 /// For all combinations of values of some variables, the last one fastest: their probability given the evidence, and
@@ -155,7 +163,7 @@ fn condition(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::strategies::join_tree::FactorTable;
+    use crate::strategies::join_tree::{FactorTable, propagations};
 
     #[test]
     fn evidence_below_many_parents_counts_where_nothing_else_is_wanted() {
@@ -172,6 +180,12 @@ mod tests {
         let evidence = NetworkEvidence { hard: vec![(causes, 1)], ..NetworkEvidence::default() };
         let found = joint(&network, &evidence, &[0, 1]).unwrap();
         assert!((found.ln_evidence - 0.25f64.ln()).abs() < 1e-12, "{}", found.ln_evidence);
+        // P(e), and one for each of four combinations: whatever the number of candidates.
+        let before = propagations();
+        let all: Vec<usize> = (2..causes).collect();
+        let (same, list) = observations(&network, &evidence, &[0, 1], &all).unwrap();
+        assert_eq!((propagations() - before, list.len()), (5, 11));
+        assert!(same.probabilities.iter().zip(&found.probabilities).all(|(p, q)| (p - q).abs() < 1e-14));
         let expected = [2.75 / 13.0 * 2.25, 3.75 / 13.0 * 0.75, 3.75 / 13.0 * 0.75, 4.75 / 13.0 * 0.25];
         let near = |(p, q): (&f64, &f64)| (p - q).abs() < 1e-12;
         assert!(found.probabilities.iter().zip(&expected).all(near), "{:?}", found.probabilities);
