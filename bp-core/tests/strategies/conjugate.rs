@@ -147,3 +147,30 @@ fn other_forms_are_refused() {
     refused(text, "P(Theta | Y = true)", "is not of a form with a conjugate prior");
     refused(COIN, "entropy P(Theta | Heads = 7)", "`entropy` of a named distribution");
 }
+
+/// gamma(0.001, 0.001) and 4, 7, 5 events: gamma(16.001, 3.001). beta(4, 4): integrals of polynomials. In 50 digits.
+#[test]
+fn predicates_of_unknowns_are_integrals_of_their_posterior() {
+    let events = program(
+        "program Events { variables { L : real; N[1..=3] : real; } decomposition { P(L) prod(i) { P(N[i] | L) } }
+         forms { P(L) = gamma(0.001, 0.001); P(N[i] | L) = poisson(L); } }",
+    );
+    let known = "N[1] = 4, N[2] = 7, N[3] = 5";
+    let above = events.ask(&format!("P(L > 6 | {known})")).unwrap();
+    assert_eq!(above.strategy().name(), "conjugate");
+    near(above.p(true).unwrap(), 0.286_265_771_203_119_04);
+    near(
+        events.ask(&format!("P(12 - 2 * L < 0 | {known})")).unwrap().p(true).unwrap(),
+        0.286_265_771_203_119_04,
+    );
+    let coins = program(
+        "program Coins { variables { Theta[1..=2] : real; } decomposition { prod(i) { P(Theta[i]) } }
+         forms { P(Theta[i]) = beta(4, 4); } }",
+    );
+    near(coins.ask("P(Theta[2] > 0.6)").unwrap().p(true).unwrap(), 0.289_792);
+    let inside = coins.ask("P(Theta[1] > 0.2 and not Theta[1] > 0.5)").unwrap();
+    near(inside.p(true).unwrap(), 0.466_656);
+    near(coins.ask("P(Theta[1] > 2)").unwrap().p(true).unwrap(), 0.0);
+    let error = events.ask("P(L | N[1] = 4.5)").unwrap_err().to_string();
+    assert!(error.contains("is 0 for `N[1] = 4.5`"), "{error}");
+}

@@ -242,3 +242,28 @@ fn any_number_of_threads_gives_the_same_bits() {
     assert_eq!(one, on(2));
     assert_eq!(one, on(8));
 }
+
+/// Counts with P(A) = normal(0, 5) and rates exp(A + x / 2): the posterior mean of A is a ratio of two integrals over a fine grid.
+#[test]
+fn many_observations_are_answered_by_chains_without_being_asked_for() {
+    let model = model_of(
+        "program Counts { parameters { x[1..=12] : real; } variables { A : real; Y[1..=12] : real; }
+         decomposition { P(A) prod(i) { P(Y[i] | A) } }
+         forms { P(A) = normal(0, 5); P(Y[i] | A) = poisson(exp(A + 0.5 * x[i])); } }",
+    );
+    let x: Vec<f64> = (0..12).map(|i| f64::from(i) / 3.0 - 2.0).collect();
+    let y = [3.0, 2.0, 4.0, 3.0, 6.0, 5.0, 7.0, 6.0, 9.0, 8.0, 12.0, 14.0];
+    let inputs = Inputs::new().array("x", &x).array("y", &y);
+    let compiled = compile_by(&model, &question(&model, "P(A | Y = y)"), None).unwrap();
+    let answer = compiled.ask_with(&inputs, Sampling { particles: 4000, seed: 1 }).unwrap().remove(0);
+    assert_eq!(answer.strategy, Strategy::Gibbs);
+    let ln_density = |a: f64| {
+        let terms = x.iter().zip(y).map(|(x, y)| y * (a + 0.5 * x) - (a + 0.5 * x).exp());
+        terms.sum::<f64>() - 0.5 * (a / 5.0).powi(2)
+    };
+    let grid = || (0..=40_000).map(|step| f64::from(step) * 1e-4);
+    let most = grid().map(ln_density).fold(f64::NEG_INFINITY, f64::max);
+    let weight = |a: f64| (ln_density(a) - most).exp();
+    let mean = grid().map(|a| a * weight(a)).sum::<f64>() / grid().map(weight).sum::<f64>();
+    within(real(&answer, "A").0, mean);
+}

@@ -12,6 +12,11 @@ use crate::spelling::exact;
 impl Setting<'_> {
     /// "`P(C | B)` is 0 for `C = true` where `B = false`", if there is such a factor; unobserved slots are NaN.
     pub fn zero_factor(&self, values: &[f64]) -> Option<String> {
+        self.zero_factor_but(values, &|_| false)
+    }
+
+    /// The same; the values of some slots are examples, which the text leaves out.
+    pub fn zero_factor_but(&self, values: &[f64], is_example: &dyn Fn(usize) -> bool) -> Option<String> {
         let is_zero = |instance: &super::Instance| {
             let right = self.model.factors[instance.factor].right.iter();
             let mut right = right.flat_map(|use_| self.slots_of(use_.variable));
@@ -38,7 +43,8 @@ impl Setting<'_> {
             true => listed(&mut instance.left.iter().copied()),
             false => "every value".to_owned(),
         };
-        let right = listed(&mut factor.right.iter().flat_map(|use_| self.slots_of(use_.variable)));
+        let right = factor.right.iter().flat_map(|use_| self.slots_of(use_.variable));
+        let right = listed(&mut right.filter(|slot| !is_example(*slot)));
         let context = if right.is_empty() { right } else { format!(" where {right}") };
         Some(format!("`{}` is 0 for {left}{context}", self.model.head(factor)))
     }

@@ -45,6 +45,11 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
                     "`{name}` is `{text}`: a table of a network file can have at most {MOST_NUMBERS} numbers"
                 )));
             }
+            if variable.family.is_some() {
+                return Err(refuse(format!(
+                    "`{name}` is a family: a network file has single variables only"
+                )));
+            }
             return Err(refuse(format!(
                 "`{name}` is `{text}`: a network file can only contain finite variables of one instant"
             )));

@@ -94,5 +94,6 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 }
 
 pub(super) fn draw(by: &mut impl Rng, [k, rate]: [f64; 2]) -> f64 {
-    rand_distr::Gamma::new(k, 1.0 / rate).map_or(f64::NAN, |law| law.sample(by))
+    // A draw of a small shape may underflow; a rate or a scale of 0 would be no number that a form accepts.
+    rand_distr::Gamma::new(k, 1.0 / rate).map_or(f64::NAN, |law| law.sample(by).max(f64::MIN_POSITIVE))
 }

@@ -59,15 +59,14 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
     };
     let mut drawn = None;
     for strategy in estimates {
-        // No rule predicts whether Gibbs sampling beats likelihood weighting, unless it marginalises. The error of a linearised
-        // law is not known: it answers only where the user chooses it.
+        // The error of a linearised law is not known: it answers only where the user chooses it.
         let on_request = strategy == Strategy::ExtendedKalman;
         let wanted = estimate && named(strategy) && (!on_request || options.by.is_some());
         if options.all_offers || wanted && (drawn.is_none() || strategy == Strategy::Gibbs) {
             market.offer(strategy);
             let is_better = match market.made.last().and_then(|(_, route)| route.as_ref()) {
                 Some(Route::Sampled(sampled)) if strategy == Strategy::Gibbs && options.by.is_none() => {
-                    sampled.marginalises() && (drawn.is_none() || sampled.many)
+                    sampled.is_preferred(drawn.is_none())
                 }
                 Some(_) => drawn.is_none(),
                 None => false,

@@ -162,7 +162,9 @@ impl Part {
                 let mut rows = Vec::new();
                 if !finite.is_empty() {
                     let own = self.marginal(&finite);
-                    let error = |p: f64| (p * (1.0 - p) / draws.effective().max(1.0)).max(0.0).sqrt();
+                    // Where no draw, or each, has the value: the deviation of a share of which nothing else is known.
+                    let count = draws.effective().max(1.0);
+                    let error = |p: f64| (p * (1.0 - p) / count).max(0.0).sqrt().max(least(p, count));
                     let all = own.probabilities().unwrap_or_default();
                     rows.extend(all.iter().enumerate().map(|(place, p)| Row {
                         values: instant.iter().cloned().chain(named(&own.of, place)).collect(),
@@ -180,4 +182,9 @@ impl Part {
             }
         }
     }
+}
+
+/// The standard error of a share of 0 or 1 among so many draws: that of the mean of its distribution, uniform before them.
+fn least(p: f64, count: f64) -> f64 {
+    if p > 0.0 && p < 1.0 { 0.0 } else { 1.0 / (count + 2.0) }
 }

@@ -43,6 +43,11 @@ impl NamedLaw {
         }
     }
 
+    /// P(low < X ≤ high), low ≤ high.
+    pub fn between(&self, low: f64, high: f64) -> f64 {
+        self.law.between(low, high, self.own())
+    }
+
     /// The density at a real.
     pub fn density(&self, x: f64) -> f64 {
         self.law.density(x, self.own())

@@ -5,16 +5,17 @@
 
 use super::Conjugate;
 use super::likelihood::{Kind, contribution};
-use super::offer::{element_of, kind_of};
+use super::offer::{element_of, kind_of, predicate_of};
 use super::unknown::Unknown;
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
-use crate::ids::VariableId;
+use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Form, Model, Statistic};
+use crate::model::{Ask, Form, LinearForm, Model, Statistic};
 use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
 use crate::sample::Observations;
+use crate::strategies::gaussian::{Slots, by_intervals};
 use crate::strategies::{Case, Found, Prepared};
 use std::collections::HashMap;
 
@@ -26,13 +27,7 @@ impl Prepared for Conjugate {
         let mut posterior = Posterior::new(&setting, self, observations.values)?;
         let ln_evidence = posterior.observe(self)?;
         if ln_evidence == f64::NEG_INFINITY {
-            let mut values = posterior.values;
-            values
-                .iter_mut()
-                .zip(posterior.is_unknown)
-                .filter(|(_, own)| *own)
-                .for_each(|(value, _)| *value = f64::NAN);
-            let reason = setting.zero_factor(&values);
+            let reason = setting.zero_factor_but(&posterior.plain(), &|slot| posterior.is_unknown[slot]);
             return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
         }
         if !ln_evidence.is_finite() {
@@ -40,7 +35,13 @@ impl Prepared for Conjugate {
         }
         let ln_evidence = posterior.has_observations.then_some(ln_evidence);
         let answer = |ask: &Ask| match model.variables[ask.searched[0].variable].domain.is_finite() {
-            true => Ok(Found::Table(posterior.predicted(self, ask)?, ln_evidence)),
+            true => {
+                let table = match predicate_of(model, ask.searched[0].variable) {
+                    Some(root) => posterior.truth(ask, root),
+                    None => posterior.predicted(self, ask)?,
+                };
+                Ok(Found::Table(table, ln_evidence))
+            }
             false => Ok(Found::Answer(posterior.unknowns(ask, ln_evidence))),
         };
         self.asks.iter().map(answer).collect()
@@ -183,6 +184,22 @@ impl<'s> Posterior<'s> {
                 law: PartLaw::Laws { laws, covariance },
             }],
         }
+    }
+
+    /// The probabilities that a predicate of one unknown does not hold and that it does.
+    fn truth(&self, ask: &Ask, root: ExpressionId) -> Table {
+        let (setting, model) = (self.setting, self.setting.model);
+        let leaves = Slots { setting, indices: &[] };
+        let form = LinearForm::of(model, root, 0, &leaves);
+        let (slot, scale) = form.coefficients.iter().next().expect("internal: a predicate reads an unknown");
+        let first = self.first[slot];
+        let law = self.unknowns[&first].1.law(slot - first);
+        let mass = |low: f64, high: f64| {
+            let (one, other) = ((low - form.constant) / scale, (high - form.constant) / scale);
+            law.between(one.min(other), one.max(other))
+        };
+        let cells = by_intervals(model, root, &mass, &leaves).to_vec();
+        Table::read(model, (ask, model.ask_text(ask)), &[ask.searched[0].variable], cells, None, &[2])
     }
 
     /// The distribution of a finite variable that is not observed.

@@ -6,9 +6,10 @@
 use super::likelihood::{Kind, is_conjugate};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
-use crate::ids::{FactorId, VariableId};
+use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Ask, DerivedKind, Expression, Finding, Form, Model, Question, Statistic};
+use crate::strategies::gaussian::of_normal;
 use crate::strategies::weighting::{refused_factor, relevant};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
@@ -59,6 +60,25 @@ pub(super) fn element_of(model: &Model, variable: VariableId) -> Option<&crate::
     }
 }
 
+/// The expression of a predicate of one unknown that is asked alone.
+pub(super) fn predicate_of(model: &Model, variable: VariableId) -> Option<ExpressionId> {
+    let root = of_normal(model, variable, true)?;
+    let mut read = Vec::new();
+    for id in model.nodes_below(root) {
+        match &model.expressions[id] {
+            Expression::Variable(use_) => {
+                let at = use_.element.map(|at| model.constant(at).map(f64::to_bits));
+                if !read.contains(&(use_.variable, at)) {
+                    read.push((use_.variable, at));
+                }
+            }
+            Expression::Vector(..) => return None,
+            _ => {}
+        }
+    }
+    (read.len() == 1).then_some(root)
+}
+
 const NO_PRIOR: &str = "no `beta`, `gamma` or `dirichlet` prior";
 
 fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
@@ -86,7 +106,8 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
     for id in model.parents_first(&relevant) {
         let factor = &model.factors[id];
         let left = factor.left[0].variable;
-        if element_of(model, left).is_some() && !is_known(left) {
+        let is_derived = element_of(model, left).is_some() || predicate_of(model, left).is_some();
+        if is_derived && !is_known(left) {
             continue;
         }
         let is_prior = !is_known(left) && kind_of(model, &factor.form).is_some() && !is_finite(left);
@@ -152,6 +173,13 @@ fn reads_counts(form: &Form) -> bool {
 fn refused_ask(model: &Model, ask: &Ask, is_unknown: &dyn Fn(VariableId) -> bool) -> Option<String> {
     let origin = |variable: VariableId| element_of(model, variable).map_or(variable, |use_| use_.variable);
     let finite = ask.searched.iter().filter(|item| model.variables[item.variable].domain.is_finite()).count();
+    if let ([only], Statistic::Distribution) = (ask.searched.as_slice(), &ask.statistic)
+        && predicate_of(model, only.variable).is_some()
+    {
+        let factor = model.factor_of(only.variable).map(|id| of_form(model, id));
+        let hidden = factor.into_iter().flatten().find(|id| !is_unknown(origin(*id)));
+        return hidden.map(|id| format!("`{}` has no conjugate prior", model.variable_name(id)));
+    }
     if finite > 0 {
         return (ask.searched.len() > 1)
             .then(|| "one finite variable is predicted at a time: ask for each".to_owned());

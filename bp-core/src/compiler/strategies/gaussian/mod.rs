@@ -23,5 +23,5 @@ pub(crate) use law::NormalLaw;
 pub(crate) use offer::{Engine, ExtendedEngine};
 pub use offer::{Gaussian, LinearEquation, Noise};
 pub(crate) use offer::{applies, is_linear, relevant};
-pub(crate) use predicate::{of_normal, probabilities};
+pub(crate) use predicate::{by_intervals, of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

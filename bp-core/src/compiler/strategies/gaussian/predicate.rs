@@ -71,16 +71,24 @@ pub(crate) fn probabilities(
     (mean, deviation): (f64, f64),
     leaves_of: &dyn Leaves,
 ) -> [f64; 2] {
-    let mut leaves = Vec::new();
-    comparisons(model, root, true, &mut leaves).expect("internal: the plan has looked at the predicate");
-    let line = LinearForm::of(model, root, 0, leaves_of);
-    let leaves: Vec<Leaf> = leaves.iter().map(|id| Leaf::of(model, *id, &line, leaves_of)).collect();
+    if deviation == 0.0 {
+        let truth = holds(model, root, &leaves(model, root, leaves_of), mean);
+        return [!truth, truth].map(|one| f64::from(u8::from(one)));
+    }
+    let mass = |low: f64, high: f64| mass((low - mean) / deviation, (high - mean) / deviation);
+    by_intervals(model, root, &mass, leaves_of)
+}
+
+/// The same where the linear form has any law, of which `mass` is the probability of an interval.
+pub(crate) fn by_intervals(
+    model: &Model,
+    root: ExpressionId,
+    mass: &dyn Fn(f64, f64) -> f64,
+    leaves_of: &dyn Leaves,
+) -> [f64; 2] {
+    let leaves = leaves(model, root, leaves_of);
     let holds = |at: f64| usize::from(holds(model, root, &leaves, at));
     let mut probabilities = [0.0; 2];
-    if deviation == 0.0 {
-        probabilities[holds(mean)] = 1.0;
-        return probabilities;
-    }
     let mut edges: Vec<f64> = leaves.iter().filter_map(Leaf::edge).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
@@ -91,11 +99,19 @@ pub(crate) fn probabilities(
             (true, true) => 0.5 * low + 0.5 * high,
             (true, false) => low + low.abs().max(1.0),
             (false, true) => high - high.abs().max(1.0),
-            (false, false) => mean,
+            (false, false) => 0.0,
         };
-        probabilities[holds(inside)] += mass((low - mean) / deviation, (high - mean) / deviation);
+        probabilities[holds(inside)] += mass(low, high);
     }
     probabilities
+}
+
+/// The comparisons of a predicate, as linear forms.
+fn leaves(model: &Model, root: ExpressionId, leaves_of: &dyn Leaves) -> Vec<Leaf> {
+    let mut leaves = Vec::new();
+    comparisons(model, root, true, &mut leaves).expect("internal: the plan has looked at the predicate");
+    let line = LinearForm::of(model, root, 0, leaves_of);
+    leaves.iter().map(|id| Leaf::of(model, *id, &line, leaves_of)).collect()
 }
 
 /// Φ(high) − Φ(low), computed in the smaller tail.

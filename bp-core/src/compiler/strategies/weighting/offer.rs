@@ -47,6 +47,22 @@ pub struct Sampled {
     pub(crate) many: bool,
     /// Whether the elements of a family depend on hidden finite elements of their own.
     labels: bool,
+    /// Whether a long family is observed, and a real on which others depend is drawn.
+    long: bool,
+}
+
+/// Whether a variable is a family of many elements, or of a number that is given at run time, as rows are.
+fn is_long(model: &Model, id: VariableId) -> bool {
+    let over = model.variables[id].family.as_ref().map(|family| model.index_count(&family.over));
+    over.is_some_and(|count| count.is_none_or(|count| count > MANY))
+}
+
+/// Whether a real on which others depend is drawn.
+fn moves_reals(model: &Model, steps: &[(FactorId, Treatment)]) -> bool {
+    let parents: BTreeSet<VariableId> = steps.iter().flat_map(|(id, _)| of_form(model, *id)).collect();
+    let drawn = steps.iter().filter(|(_, treatment)| *treatment == Treatment::Drawn);
+    let mut left = drawn.flat_map(|(id, _)| &model.factors[*id].left).map(|use_| use_.variable);
+    left.any(|id| parents.contains(&id) && !model.variables[id].domain.is_finite())
 }
 
 /// More observations than this are many; the elements of a family are many.
@@ -103,7 +119,8 @@ fn offer(
     };
     let many = known.len() > MANY || known.iter().any(|id| model.variables[*id].family.is_some());
     let labels = factors.iter().any(|id| chooses_labels(model, *id, &observed));
-    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by, integrated, many, labels })
+    let long = known.iter().any(|id| is_long(model, *id)) && moves_reals(model, &steps);
+    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by, integrated, many, labels, long })
 }
 
 /// The strategy.
@@ -298,9 +315,12 @@ fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool 
 }
 
 impl Sampled {
-    /// Whether chains integrate reals out, or sum over the labels of a family.
-    pub(crate) fn marginalises(&self) -> bool {
-        self.labels || !self.integrated.is_empty()
+    /// Whether chains are preferred to weighted draws, or to nothing if these are `refused`: where there are many
+    /// observations, with which few draws of the prior agree, and chains integrate reals out or sum over the labels of a family;
+    /// and wherever a long family is observed beside hidden reals.
+    pub(crate) fn is_preferred(&self, refused: bool) -> bool {
+        let marginalises = self.labels || !self.integrated.is_empty();
+        (self.many || refused) && marginalises || self.long
     }
 
     /// The estimator, as lines: which variables are drawn, which are weighed.
