@@ -7,16 +7,18 @@
 //! way as for questions of a program text.
 
 use super::link;
+use crate::distribution::Setting;
 use crate::equation::Exact;
-use crate::error::Error;
+use crate::error::{Error, Impossible};
 use crate::exec::compiled::Report;
 use crate::exec::scalar::Scalar;
 use crate::exec::{Inputs, Lanes, Outputs};
-use crate::kernel::OutputKey;
-use crate::lower::lower_guarded;
-use crate::model::{Model, Question};
-use crate::plan::{Mark, plan_for_code};
+use crate::kernel::{Kernel, OutputKey};
+use crate::lower::{Phase, lower_guarded};
+use crate::model::{Ask, Model, Question};
+use crate::plan::{Mark, Route, plan_for_code};
 use crate::posterior::check;
+use crate::strategies::over_time::{InstantCode, OverTime};
 use crate::strategies::sums;
 use std::borrow::Cow;
 
@@ -43,24 +45,104 @@ pub fn again(
     let model = &*model;
     let exact = exact(model, &question, asked.route)?;
     let kernel = lower_guarded(model, &exact, asked.question)?.kernel;
-    let found = Lanes::new(kernel).run_guarded(inputs, exact.mark(model) == Mark::Log)?;
+    let log = exact.mark(model) == Mark::Log;
+    let (outputs, impossible) =
+        guarded(kernel, inputs, log, suspects, || check::not_a_number(model, &exact.asks[0], inputs))?;
+    match impossible == contexts {
+        true => Err(sums::impossible(model, &exact.asks[0], inputs)),
+        false => Ok((outputs, Report { impossible })),
+    }
+}
+
+/// The outputs of one instant of a filter without a plate, as [`again`].
+///
+/// # Errors
+/// As [`again`].
+pub fn again_at(
+    model: &Model,
+    (asked, phase): (Asked<'_>, Phase),
+    inputs: &Inputs<'_, f64>,
+    (suspects, contexts): (usize, usize),
+) -> Result<(Outputs<f64>, Report), Error> {
+    let (model, question) = posed(model, asked)?;
+    let route = over_time(&model, &question, asked.route)?;
+    let InstantCode::Chain { step, exact, lowered } = route.instant(&model, phase, asked.question, true)?
+    else {
+        return Err(no_law(&model, asked, inputs));
+    };
+    let log = exact.mark(&step.model) == Mark::Log;
+    let ask = route.ask();
+    let (outputs, impossible) = guarded(lowered.kernel, inputs, log, suspects, || {
+        refused_at(&model, asked, inputs).unwrap_or_else(|| not_finite(&model, ask))
+    })?;
+    match impossible == contexts {
+        true => {
+            let reason = "at this instant, given the earlier ones".to_owned();
+            Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason: Some(reason) }))
+        }
+        false => Ok((outputs, Report { impossible })),
+    }
+}
+
+/// The error of an instant whose normal law has a moment that is not a number.
+pub fn no_law(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Error {
+    refused_at(model, asked, inputs).unwrap_or_else(|| match posed(model, asked) {
+        Ok((model, question)) => not_finite(&model, &question.asks[0]),
+        Err(error) => error,
+    })
+}
+
+/// The invalid number of a form at an instant, if there is one.
+pub fn refused_at(model: &Model, asked: Asked<'_>, inputs: &Inputs<'_, f64>) -> Option<Error> {
+    let found = posed(model, asked).and_then(|(model, question)| {
+        let unknown = model.sets.values().filter(|set| inputs.find_size(&set.name).is_none());
+        let inputs = unknown.fold(inputs.clone(), |inputs, set| inputs.size(&set.name, 1));
+        let route = over_time(&model, &question, asked.route)?;
+        Ok(route
+            .refused(&Setting::new(&model, &inputs)?)
+            .or_else(|| check::refused(&model, route.ask(), &inputs)))
+    });
+    found.unwrap_or_else(Some)
+}
+
+fn not_finite(model: &Model, ask: &Ask) -> Error {
+    let message = "a number of the answer is not finite: the earlier observations exclude this one, or the numbers \
+                   leave the range of their type";
+    Error::Number { form: model.ask_text(ask), context: String::new(), message: message.to_owned() }
+}
+
+fn over_time(model: &Model, question: &Question, route: usize) -> Result<OverTime, Error> {
+    match plan_for_code(model, question)?.routes.swap_remove(route) {
+        Route::OverTime(route) => Ok(route),
+        _ => unreachable!("internal: the route has been compiled"),
+    }
+}
+
+/// The outputs with separate exponents where these are needed, and the number of impossible contexts.
+fn guarded(
+    kernel: Kernel,
+    inputs: &Inputs<'_, f64>,
+    log: bool,
+    suspects: usize,
+    refused: impl FnOnce() -> Error,
+) -> Result<(Outputs<f64>, usize), Error> {
+    let found = Lanes::new(kernel).run_guarded(inputs, log)?;
     let arrays = &found.outputs.arrays;
-    if arrays
-        .iter()
-        .any(|(key, cells)| *key != OutputKey::Total && !cells.iter().all(|cell| cell.is_finite()))
-    {
-        return Err(check::not_a_number(model, &exact.asks[0], inputs));
+    let is_wrong = |key: OutputKey, cell: f64| match key {
+        OutputKey::Total => false,
+        // ln 0 of impossible evidence.
+        OutputKey::LnEvidence => !(cell < f64::INFINITY),
+        _ => !cell.is_finite(),
+    };
+    if arrays.iter().any(|(key, cells)| cells.iter().any(|cell| is_wrong(*key, *cell))) {
+        return Err(refused());
     }
     // A total may be too small for f64 and yet positive.
     let zeros = match &found.extended {
         Some(extended) => zeros(&extended.arrays),
         None => zeros(arrays),
     };
-    let impossible = zeros.unwrap_or(suspects);
-    match impossible == contexts {
-        true => Err(sums::impossible(model, &exact.asks[0], inputs)),
-        false => Ok((found.outputs, Report { impossible })),
-    }
+    Ok((found.outputs, zeros.unwrap_or(suspects)))
 }
 
 /// The invalid number of a form that made an answer over a plate NaN; `None` where every form is valid and a product

@@ -17,7 +17,7 @@ pub use crate::posterior::{
     Slot, Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
-pub use again::{Asked, again, refused};
+pub use again::{Asked, again, again_at, no_law, refused, refused_at};
 pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
 pub use elements::plan_sized;
 pub use instants::{OtherColumns, read_instants, read_sequences};

@@ -52,6 +52,14 @@ fn unit(output: &Output) -> &'static str {
     }
 }
 
+/// A field of moments.
+pub(super) fn law(field: &str) -> String {
+    let of = if field == "law" { "what is carried to the next instant" } else { "the searched variables" };
+    format!(
+        "The normal law of {of}: means, then covariances, row by row up to the diagonal; each a number, or the plate's."
+    )
+}
+
 /// The indices of an array and its length.
 pub(super) fn shape(kernel: &Kernel, axes: &[AxisId]) -> String {
     let names: Vec<&str> = axes.iter().map(|axis| kernel.axes[*axis].name.as_str()).collect();

@@ -16,16 +16,18 @@ use crate::model::{Model, ParameterKind};
 pub(super) const METHODS: [&str; 3] = ["new", "ask", "run_into"];
 
 /// One input of a builder.
-struct Setter<'i> {
-    field: &'i str,
+pub(super) struct Setter<'i> {
+    pub(super) field: &'i str,
     /// The first line of its documentation.
     documentation: String,
     /// Its type in the builder, and the argument type of its method.
-    kind: String,
+    pub(super) kind: String,
     taken: String,
     default: Option<String>,
     /// Whether the kernel takes it as a number.
     is_number: bool,
+    /// The input of the kernel, if it is one.
+    pub(super) key: Option<InputKey>,
     /// For a size, the expressions that infer it from the lengths of arrays when it is not given.
     from_arrays: String,
 }
@@ -41,8 +43,20 @@ impl<'i> Setter<'i> {
             kind,
             default: None,
             is_number: false,
+            key: None,
             from_arrays: String::new(),
         }
+    }
+
+    /// Its value, as an expression of the builder: an error if it is missing.
+    pub(super) fn value(&self) -> String {
+        let Self { field, from_arrays, .. } = self;
+        self.converted(&format!("needed(self.{field}{from_arrays}, {field:?})?"))
+    }
+
+    /// A value as the kernel takes it.
+    pub(super) fn converted(&self, value: &str) -> String {
+        if self.is_number { format!("T::from_f64({value}.number())") } else { value.to_owned() }
     }
 }
 
@@ -59,7 +73,7 @@ fn parameter(model: &Model, id: ParameterId) -> (&'static str, Option<String>) {
 }
 
 impl Interface<'_> {
-    fn setters(&self, model: &Model, enums: &Enums) -> Vec<Setter<'_>> {
+    pub(super) fn setters(&self, model: &Model, enums: &Enums) -> Vec<Setter<'_>> {
         let sizes = self.sizes.iter().filter_map(|SizeField { of, name, field }| {
             let SizeOf::Number(key) = of else { return None };
             let default = match key {
@@ -80,6 +94,7 @@ impl Interface<'_> {
                 kind,
                 default,
                 is_number: false,
+                key: None,
                 from_arrays,
             })
         });
@@ -87,8 +102,11 @@ impl Interface<'_> {
             let buffer = &self.kernel.buffers[*id];
             let documentation = format!("`{}`.", buffer.name);
             match given {
-                Given::Derived(_) => None,
-                Given::Slice(field) => Some(Setter::of_slice(field, documentation)),
+                Given::Derived(_) | Given::Part(..) => None,
+                Given::Slice(field) => {
+                    let key = buffer.role.input().cloned();
+                    Some(Setter { key, ..Setter::of_slice(field, documentation) })
+                }
                 Given::Number(field) => {
                     let (kind, taken, default) = match buffer.role.input() {
                         Some(InputKey::Value(variable, _)) => {
@@ -112,6 +130,7 @@ impl Interface<'_> {
                         taken,
                         default,
                         is_number: true,
+                        key: buffer.role.input().cloned(),
                         from_arrays: String::new(),
                     })
                 }
@@ -143,7 +162,7 @@ impl Interface<'_> {
     }
 
     /// Grids and displacements: name and type.
-    fn spaces(&self) -> Vec<(&str, &'static str)> {
+    pub(super) fn spaces(&self) -> Vec<(&str, &'static str)> {
         let spaces = self.sizes.iter().filter(|size| !matches!(size.of, SizeOf::Number(_)));
         spaces.map(|size| (size.field.as_str(), size.of.kind())).collect()
     }
@@ -171,6 +190,33 @@ impl Interface<'_> {
     /// The builder.
     pub(super) fn builder(&self, model: &Model, enums: &Enums, text: &mut Text) {
         let (spaces, setters) = (self.spaces(), self.setters(model, enums));
+        self.structure(&spaces, &setters.iter().collect::<Vec<_>>(), text);
+        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing or outside its domain; numbers that a form refuses; evidence of probability zero.\n#[inline]");
+        text.open("pub fn ask(self) -> Result<Answer<T>, ::bp_core::compiler::error::Error>");
+        text.line("let mut answer = Answer::default();");
+        text.line("self.run_into(&mut answer)?;");
+        text.line("Ok(answer)");
+        text.close();
+        text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
+        text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::compiler::error::Error>");
+        let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
+        let given = setters.iter().map(|own| format!("{}: {}, ", own.field, own.value()));
+        text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));
+        text.line("answer.report = run(&inputs, &mut answer.outputs)?;");
+        let extents: Vec<String> = self.open_extents().iter().map(|extent| self.extent(extent)).collect();
+        text.line(format!("answer.extents = [{}];", extents.join(", ")));
+        text.line("Ok(answer.report)");
+        text.close();
+        text.close();
+    }
+
+    /// The structure of a builder, its constructor, and a method for each input; leaves its implementation open.
+    pub(super) fn structure(
+        &self,
+        spaces: &[(&str, &'static str)],
+        setters: &[&Setter<'_>],
+        text: &mut Text,
+    ) {
         text.line("/// The question, with its inputs so far.\n#[derive(Clone, Copy, Debug)]");
         text.open("pub struct Question<'a, T>");
         spaces.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
@@ -188,7 +234,7 @@ impl Interface<'_> {
         }));
         text.line(format!("Self {{ {}number: ::core::marker::PhantomData }}", started.collect::<String>()));
         text.close();
-        for Setter { field, documentation, kind, taken, default, .. } in &setters {
+        for Setter { field, documentation, kind, taken, default, .. } in setters {
             let default = default.as_ref().map(|default| format!("By default `{default}`."));
             text.documented(&std::iter::once(documentation.clone()).chain(default).collect::<Vec<_>>());
             text.line("#[inline]");
@@ -198,28 +244,5 @@ impl Interface<'_> {
             text.line("self");
             text.close();
         }
-        text.line("/// Asks it.\n///\n/// # Errors\n/// An input that is missing or outside its domain; numbers that a form refuses; evidence of probability zero.\n#[inline]");
-        text.open("pub fn ask(self) -> Result<Answer<T>, ::bp_core::compiler::error::Error>");
-        text.line("let mut answer = Answer::default();");
-        text.line("self.run_into(&mut answer)?;");
-        text.line("Ok(answer)");
-        text.close();
-        text.line("/// Asks it again, into the arrays of an earlier answer: nothing is allocated where they are long enough.\n///\n/// # Errors\n/// As `ask`.\n#[inline]");
-        text.open("pub fn run_into(self, answer: &mut Answer<T>) -> Result<Report, ::bp_core::compiler::error::Error>");
-        let spaces = spaces.iter().map(|(name, _)| format!("{name}: self.{name}, "));
-        let given = setters.iter().map(|Setter { field, is_number, from_arrays, .. }| {
-            let value = format!("needed(self.{field}{from_arrays}, {field:?})?");
-            match is_number {
-                true => format!("{field}: T::from_f64({value}.number()), "),
-                false => format!("{field}: {value}, "),
-            }
-        });
-        text.line(format!("let inputs = Inputs {{ {} }};", spaces.chain(given).collect::<String>()));
-        text.line("answer.report = run(&inputs, &mut answer.outputs)?;");
-        let extents: Vec<String> = self.open_extents().iter().map(|extent| self.extent(extent)).collect();
-        text.line(format!("answer.extents = [{}];", extents.join(", ")));
-        text.line("Ok(answer.report)");
-        text.close();
-        text.close();
     }
 }

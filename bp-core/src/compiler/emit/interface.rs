@@ -5,12 +5,12 @@
 
 use super::best::{Best, is_scores};
 use super::documentation;
-use super::door::METHODS;
 use super::names::{Names, snake};
+use super::naming::{Naming, input_name};
 use super::reading::searched_by;
 use super::text::Text;
-use crate::ids::{BufferId, SetId};
-use crate::kernel::{Coordinate, Displacements, Extent, InputKey, Kernel, Role, SizeKey};
+use crate::ids::{BufferId, SetId, VariableId};
+use crate::kernel::{Coordinate, Displacements, Extent, InputKey, Kernel, OutputKey, Role, SizeKey};
 use crate::lower::Output;
 use crate::model::{Model, Statistic};
 use std::collections::HashMap;
@@ -24,6 +24,17 @@ pub(super) enum Given {
     Slice(String),
     /// An expression of other fields.
     Derived(String),
+    /// A part of a field of the inputs: a slice, with its place.
+    Part(String, usize),
+}
+
+/// The field that an output shares with others, and its place there.
+fn shared(key: OutputKey) -> Option<(&'static str, usize)> {
+    match key {
+        OutputKey::Law(place) => Some(("law", place)),
+        OutputKey::Moment(place) => Some(("moments", place)),
+        _ => None,
+    }
 }
 
 /// The source of sizes in a field of the inputs.
@@ -69,6 +80,8 @@ pub(super) struct SizeField {
 /// The field of an output's buffer.
 struct OutputField {
     field: String,
+    /// Its place in the field, where others share it.
+    part: Option<usize>,
     documentation: Vec<String>,
     /// The answer, if the question asks for the most probable values.
     best: Option<Best>,
@@ -88,9 +101,7 @@ pub(super) struct Interface<'k> {
 
 impl<'k> Interface<'k> {
     /// The fields of a kernel with these outputs.
-    pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output]) -> Self {
-        let mut names = Names::default();
-        METHODS.iter().for_each(|method| drop(names.unique(method)));
+    pub(super) fn new(model: &Model, kernel: &'k Kernel, meant: &[Output], naming: &mut Naming) -> Self {
         let mut interface = Self {
             kernel,
             sizes: Vec::new(),
@@ -106,7 +117,7 @@ impl<'k> Interface<'k> {
                     SizeKey::Grid(grid, _) => model.sets[grid].name.clone(),
                     _ => size.name.clone(),
                 };
-                interface.sizes.push(SizeField { of, field: names.unique(&snake(&name)), name });
+                interface.sizes.push(SizeField { of, field: naming.size(of, &snake(&name)), name });
             }
         }
         for (id, buffer) in kernel.inputs() {
@@ -116,25 +127,37 @@ impl<'k> Interface<'k> {
                     let grid = interface.size_field(SizeOf::Grid(*grid));
                     Given::Derived(format!("if inputs.{grid}.wraps() {{ T::ONE }} else {{ T::ZERO }}"))
                 }
-                role => match interface.as_size(role) {
+                Role::Input { key: InputKey::Law(place), .. } => Given::Part("law".to_owned(), *place),
+                Role::Input { key, .. } => match interface.as_size(&buffer.role) {
                     Some(size) => Given::Derived(format!("T::from_f64(inputs.{} as f64)", size.field)),
-                    None if buffer.axes.is_empty() => Given::Number(names.unique(&input_name(&buffer.name))),
-                    None => Given::Slice(names.unique(&input_name(&buffer.name))),
+                    None if buffer.axes.is_empty() => {
+                        Given::Number(naming.input(key, &input_name(&buffer.name)))
+                    }
+                    None => Given::Slice(naming.input(key, &input_name(&buffer.name))),
                 },
+                Role::Table { .. } | Role::Scratch | Role::Output(_) => {
+                    unreachable!("internal: the host gives inputs and positions")
+                }
             };
             interface.inputs.push((id, given));
         }
-        let mut inputs = names;
         let mut names = Names::default();
         let mut fields: Vec<(String, String)> = Vec::new();
         for (id, key) in kernel.outputs() {
+            if let Some((field, place)) = shared(key) {
+                let documentation = vec![documentation::law(field)];
+                let (field, part) = (field.to_owned(), Some(place));
+                interface.outputs.insert(id, OutputField { field, part, documentation, best: None });
+                interface.order.push(id);
+                continue;
+            }
             let output = meant.iter().find(|output| output.key == key);
             let output = output.expect("internal: each output of a kernel means something");
             let best = Best::of(model, kernel, id, output, &mut names, |nearest| {
                 if let Some((_, field)) = fields.iter().find(|(known, _)| known == nearest) {
                     return field.clone();
                 }
-                let field = inputs.unique(&snake(nearest));
+                let field = naming.unique(&snake(nearest));
                 fields.push((nearest.to_owned(), field.clone()));
                 field
             });
@@ -144,11 +167,25 @@ impl<'k> Interface<'k> {
             };
             let (field, documentation) =
                 (names.unique(&wanted), documentation::output(model, kernel, id, output));
-            interface.outputs.insert(id, OutputField { field, documentation, best });
+            interface.outputs.insert(id, OutputField { field, part: None, documentation, best });
             interface.order.push(id);
         }
         interface.fields = fields;
         interface
+    }
+
+    /// Whether inputs are parts of one field.
+    pub(super) fn has_parts(&self) -> bool {
+        self.inputs.iter().any(|(_, given)| matches!(given, Given::Part(..)))
+    }
+
+    /// The field of the values of a variable.
+    pub(super) fn field_of(&self, variable: VariableId) -> String {
+        let is_its = |(id, _): &&(BufferId, Given)| matches!(self.kernel.buffers[*id].role.input(), Some(InputKey::Value(own, _)) if *own == variable);
+        match self.inputs.iter().find(is_its) {
+            Some((_, Given::Number(field) | Given::Slice(field))) => field.clone(),
+            _ => unreachable!("internal: an observation that may be absent has a value"),
+        }
     }
 
     /// How an input is given.
@@ -160,6 +197,18 @@ impl<'k> Interface<'k> {
     /// The field of an output.
     pub(super) fn output(&self, id: BufferId) -> &str {
         &self.outputs[&id].field
+    }
+
+    /// The place of an output in its field, where others share it.
+    pub(super) fn part(&self, id: BufferId) -> Option<usize> {
+        self.outputs[&id].part
+    }
+
+    /// The number of outputs, or of inputs, that share a field.
+    pub(super) fn parts(&self, field: &str) -> usize {
+        let outputs = self.outputs.values().filter(|own| own.part.is_some() && own.field == field).count();
+        let is_part = |(_, given): &&(BufferId, Given)| matches!(given, Given::Part(own, _) if own == field);
+        outputs.max(self.inputs.iter().filter(is_part).count())
     }
 
     /// The answer of an output, if the question asks for the most probable values.
@@ -228,7 +277,7 @@ impl<'k> Interface<'k> {
                     let field = &size.field;
                     text.line(format!("let named = named.number({name:?}, inputs.{field} as f64);"))
                 }
-                (Given::Derived(_), None) => {}
+                (Given::Derived(_), None) | (Given::Part(..), _) => {}
             }
         }
     }
@@ -244,8 +293,8 @@ impl<'k> Interface<'k> {
         &found.expect("internal: every size has a field").field
     }
 
-    /// Writes `Inputs` and `Outputs`; returns the generics of the inputs: those that a field needs.
-    pub(super) fn structures(&self, text: &mut Text) -> &'static str {
+    /// Writes `Inputs`; returns its generics: those that a field needs.
+    pub(super) fn inputs_structure(&self, visible: &str, text: &mut Text) -> &'static str {
         let mut fields = Text::default();
         let (mut borrows, mut numbers) = (false, false);
         for SizeField { of, name, field } in &self.sizes {
@@ -261,9 +310,10 @@ impl<'k> Interface<'k> {
             let (field, kind) = match given {
                 Given::Number(field) => (field, "T"),
                 Given::Slice(field) => (field, "&'a [T]"),
-                Given::Derived(_) => continue,
+                Given::Part(field, 0) => (field, "&'a [T]"),
+                Given::Part(..) | Given::Derived(_) => continue,
             };
-            borrows |= matches!(given, Given::Slice(_));
+            borrows |= matches!(given, Given::Slice(_) | Given::Part(..));
             numbers = true;
             fields.documented(&documentation::input(self.kernel, *id));
             fields.line(format!("pub {field}: {kind},"));
@@ -282,14 +332,20 @@ impl<'k> Interface<'k> {
             (false, true) => ("<T>", "<T>"),
             (false, false) => ("", ""),
         };
-        text.open(format!("struct Inputs{generics}"));
+        text.open(format!("{visible}struct Inputs{generics}"));
         text.line(fields.finish());
         text.close();
+        used
+    }
+
+    /// Writes `Outputs`.
+    pub(super) fn outputs_structure(&self, text: &mut Text) {
         text.line("/// The outputs of the question.\n#[derive(Clone, Debug, Default)]");
         text.open("struct Outputs<T>");
         for id in &self.order {
-            let OutputField { field, documentation, best } = &self.outputs[id];
+            let OutputField { field, part, documentation, best } = &self.outputs[id];
             match best {
+                _ if part.is_some_and(|part| part > 0) => {}
                 Some(best) => {
                     best.fields(text);
                     text.documented(&["Where the distribution is made.".to_owned()]);
@@ -302,20 +358,7 @@ impl<'k> Interface<'k> {
             }
         }
         text.close();
-        used
     }
-}
-
-/// The field of an input: its name without the fixed values of a question in it.
-fn input_name(name: &str) -> String {
-    let mut plain = String::new();
-    let mut parts = name.split(" = ");
-    plain.push_str(parts.next().unwrap_or_default());
-    for part in parts {
-        // The value ends where the next name begins.
-        plain.push_str(part.find([' ', ',', '|', ')']).map_or("", |end| &part[end..]));
-    }
-    snake(&plain)
 }
 
 /// The field of an output: the statistic, and the searched variables.
@@ -327,23 +370,4 @@ fn output_name(model: &Model, output: &Output) -> String {
         ref other => snake(&other.word()),
     };
     format!("{}_{}", word.trim_matches('_'), searched_by(model, ask))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::input_name;
-
-    #[test]
-    fn inputs_are_named_without_the_values_that_are_fixed() {
-        let cases = [
-            ("map.P(O | C)", "map_p_o_c"),
-            ("map.P(O = true | C)", "map_p_o_c"),
-            ("map.P(O = true, V | C = 3)", "map_p_o_v_c"),
-            ("previous V", "previous_v"),
-            ("m²", "m2"),
-        ];
-        for (name, field) in cases {
-            assert_eq!(input_name(name), field, "{name}");
-        }
-    }
 }

@@ -4,6 +4,7 @@
 //! function for each question. Invariant: emitted code needs only `std`, slices and [`crate::exec::compiled`]; it has
 //! the same schedule as the lanes.
 
+mod again;
 mod best;
 mod blocks;
 mod documentation;
@@ -13,11 +14,15 @@ mod fused;
 mod given;
 mod interface;
 mod load;
+mod moments;
 mod names;
+mod naming;
 mod nest;
 mod print;
 mod question;
 mod reading;
+mod step;
+mod straight;
 mod suspects;
 mod text;
 mod uniform;
@@ -129,8 +134,14 @@ fn emit_question(
         };
         let equation = &plan.equations(model, plan::Notation::Unicode)[number];
         let mut part = Text::default();
-        if let Some(reason) = route.offered().not_printed() {
+        if let Some(reason) = route.offered().not_printed(model) {
             return Err(Error::Unplanned { question: model.ask_text(&route.offered().asks()[0]), reason });
+        }
+        if let plan::Route::OverTime(route) = route {
+            let place = (name.as_str(), asked.name.as_str(), number);
+            step::emit((model, enums), route, place, equation, &mut part)?;
+            parts.push(part);
+            continue;
         }
         match route.exact() {
             Some(exact) => {

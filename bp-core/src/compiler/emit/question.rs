@@ -3,16 +3,19 @@
 //! In: a lowered kernel. Out: a module with `Inputs`, `Outputs` and `run`. Invariant: lengths and values are checked once,
 //! at the top; the loop below neither allocates nor fails.
 
+use super::again::{Asked, again};
 use super::given::given;
 use super::interface::{Given, Interface};
 use super::names::local;
+use super::naming::Naming;
 use super::nest::Nests;
+use super::straight::{is_number, numbers_once};
 use super::text::{Text, in_a_comment};
 use super::uniform::with_uniform_conditions;
 use super::values::Enums;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
-use crate::kernel::{Buffer, Check, Kernel, Numbers, OutputKey, Role, Values, with_plate};
+use crate::kernel::{Buffer, Check, Kernel, Numbers, Role, Values, with_plate};
 use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
@@ -27,20 +30,44 @@ pub(super) fn emit(
     (is_linear, equation): (bool, &str),
     text: &mut Text,
 ) {
-    let kernel = &with_uniform_conditions(&given(&lowered.kernel)).validated();
-    let interface = Interface::new(model, kernel, &lowered.outputs);
+    let kernel = &prepared(&lowered.kernel);
+    let interface = Interface::new(model, kernel, &lowered.outputs, &mut Naming::new());
     interface.function(model, name, &[equation.to_owned()], text);
     text.documented(&[equation.to_owned()]);
     text.open(format!("pub mod {name}"));
-    // Named, because the surrounding code may have no prelude.
+    uses(text);
+    interface.builder(model, enums, text);
+    interface.answer(model, enums, &lowered.outputs, |_| true, text);
+    let generics = interface.inputs_structure("", text);
+    interface.outputs_structure(text);
+    let asked = Asked { question, route, instant: None };
+    computation(&interface, (generics, ""), &asked, (model.plate.is_none(), is_linear), text);
+    text.close();
+}
+
+/// A kernel ready to be written.
+pub(super) fn prepared(kernel: &Kernel) -> Kernel {
+    with_uniform_conditions(&given(kernel)).validated()
+}
+
+/// What the code of a question uses, by name, because the surrounding code may have no prelude.
+pub(super) fn uses(text: &mut Text) {
     text.line("use ::std::prelude::v1::*;");
     text.line("use ::bp_core::compiler::exec::compiled::*;");
     text.line("use ::bp_core::compiler::exec::scalar::Scalar;");
     text.line("pub use ::bp_core::compiler::exec::compiled::Report;");
-    interface.builder(model, enums, text);
-    interface.answer(model, enums, &lowered.outputs, text);
-    let generics = interface.structures(text);
-    let impossible = match kernel.parallel.is_empty() && model.plate.is_none() {
+}
+
+/// The function that computes the answer, and the one for suspect cells. `alone`: the program has no plate.
+pub(super) fn computation(
+    interface: &Interface<'_>,
+    (generics, visible): (&str, &str),
+    asked: &Asked<'_>,
+    (alone, is_linear): (bool, bool),
+    text: &mut Text,
+) {
+    let kernel = interface.kernel;
+    let impossible = match kernel.parallel.is_empty() && alone {
         true => "Evidence of probability zero.",
         false => "None for evidence of probability zero: its elements are zeros, which the report counts.",
     };
@@ -53,25 +80,29 @@ pub(super) fn emit(
         text.line("#[inline(always)]");
     }
     text.line("#[allow(clippy::all, unused)]");
-    text.open(format!("fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::compiler::error::Error>"));
+    text.open(format!("{visible}fn run<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>) -> Result<Report, ::bp_core::compiler::error::Error>"));
     for (id, axis) in kernel.axes.iter() {
         text.line(format!("let {}: usize = {};", local("e", id), interface.extent(&axis.extent)));
     }
-    buffers(kernel, &interface, text);
+    buffers(kernel, interface, text);
     text.line("let mut suspects: usize = 0;");
     let schedule = Schedule::of(kernel);
-    for group in &schedule.groups {
-        match group.parallel {
-            true => parallel(kernel, &schedule, group, (is_linear, false), text),
-            false => match with_plate(kernel, group.nests[0].nest) {
-                Some((alone, schedule)) => {
-                    parallel(&alone, &schedule, &schedule.groups[0], (is_linear, true), text)
+    let mut next = 0;
+    while let Some(group) = schedule.groups.get(next) {
+        let rest = &schedule.groups[next..];
+        let numbers = rest.iter().take_while(|group| is_number(kernel, group)).count();
+        next += numbers.max(1);
+        match (numbers, group.parallel) {
+            (2.., _) => numbers_once(kernel, &schedule, &rest[..numbers], is_linear, text),
+            (_, true) => parallel(kernel, &schedule, group, (is_linear, false), text),
+            _ => match with_plate(kernel, group.nests[0].nest) {
+                Some((own, schedule)) => {
+                    parallel(&own, &schedule, &schedule.groups[0], (is_linear, true), text)
                 }
                 None => Nests::new(kernel, &schedule, group, is_linear).serial(text),
             },
         }
     }
-    let alone = model.plate.is_none();
     conclusion(alone, kernel, text);
     for id in interface.outputs() {
         if let Some(best) = interface.best(*id) {
@@ -80,8 +111,7 @@ pub(super) fn emit(
     }
     text.line("Ok(report)");
     text.close();
-    again(kernel, &interface, generics, (question, route), (alone, is_linear), text);
-    text.close();
+    again(interface, generics, asked, (alone, is_linear), text);
 }
 
 /// The report: empty, unless a cell is suspect.
@@ -97,60 +127,6 @@ fn conclusion(alone: bool, kernel: &Kernel, text: &mut Text) {
     text.line("0 => Report::default(),");
     text.line(format!("_ => again(inputs, outputs, suspects{comma}{contexts})?,"));
     text.close_with("};");
-}
-
-/// The function for suspect cells: it computes again, or reports the error.
-fn again(
-    kernel: &Kernel,
-    interface: &Interface<'_>,
-    generics: &str,
-    (question, route): (&str, usize),
-    (alone, is_linear): (bool, bool),
-    text: &mut Text,
-) {
-    text.line("#[cold]\n#[inline(never)]\n#[allow(clippy::all, unused)]");
-    let contexts = if alone { ", contexts: usize" } else { "" };
-    text.open(format!(
-        "fn again<T: Scalar>(inputs: &Inputs{generics}, outputs: &mut Outputs<T>, suspects: usize{contexts}) -> Result<Report, ::bp_core::compiler::error::Error>"
-    ));
-    text.line(format!(
-        "let asked = ::bp_core::compiler::answer::Asked {{ question: {question:?}, route: {route} }};"
-    ));
-    let named = |text: &mut Text| {
-        text.line("let named = ::bp_core::compiler::exec::Inputs::<f64>::new();");
-        interface.named(text);
-    };
-    let outputs: Vec<(OutputKey, &str)> =
-        kernel.outputs().map(|(id, key)| (key, interface.output(id))).collect();
-    let all: Vec<String> = outputs.iter().map(|(_, field)| format!("&outputs.{field}[..]")).collect();
-    let all = all.join(", ");
-    if alone {
-        if is_linear {
-            text.open(format!("if suspects < contexts && !has_nan(&[{all}])"));
-            text.line("return Ok(Report { impossible: suspects });");
-            text.close();
-        }
-        named(text);
-        text.line("let (found, report) = ::bp_core::compiler::answer::again(&super::model(), asked, &named, (suspects, contexts))?;");
-        for (key, field) in outputs {
-            text.line(format!("put(&found, OutputKey::{key:?}, &mut outputs.{field}[..]);"));
-        }
-        text.line("Ok(report)");
-    } else {
-        text.open(format!("if has_nan(&[{all}])"));
-        named(text);
-        text.open(
-            "if let Some(error) = ::bp_core::compiler::answer::refused(&super::model(), asked, &named)",
-        );
-        text.line("return Err(error);");
-        text.close();
-        for (_, field) in outputs {
-            text.line(format!("without_nan(&mut outputs.{field}[..]);"));
-        }
-        text.close();
-        text.line("Ok(Report { impossible: suspects })");
-    }
-    text.close();
 }
 
 /// A question that is not compiled: a module that states the reason, in its documentation and as a compile-time error
@@ -218,6 +194,16 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                     text.line(format!("let {name} = [{expression}];"));
                     text.line(format!("let {name}: &[T] = &{name};"));
                 }
+                Given::Part(field, place) => {
+                    let (place, places) = (*place, interface.parts(field));
+                    if place == 0 {
+                        let title = &buffer.name;
+                        text.line(format!(
+                            "check_length({title:?}, inputs.{field}.len(), {len} * {places})?;"
+                        ));
+                    }
+                    text.line(format!("let {name}: &[T] = &inputs.{field}[{place} * {len}..][..{len}];"));
+                }
             },
             Role::Table { numbers, .. } => {
                 let (count, fixed) = (numbers.len(), local("TABLE", id));
@@ -231,6 +217,22 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                 let expression = interface.positions(*by, *coordinate);
                 text.line(format!("let {name}: &[i32] = {expression};"));
                 text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
+            }
+            Role::Output(_) if interface.part(id).is_some() => {
+                let (field, place) = (interface.output(id), interface.part(id).unwrap_or_default());
+                if place == 0 {
+                    let places = interface.parts(field);
+                    text.line(format!(
+                        "make_room({:?}, {len} * {places}, &mut outputs.{field})?;",
+                        buffer.name
+                    ));
+                    text.line(format!(
+                        "let mut parts_of_{field} = outputs.{field}.chunks_exact_mut({len}.max(1));"
+                    ));
+                }
+                text.line(format!(
+                    "let {name}: &mut [T] = parts_of_{field}.next().expect(\"internal: a part for each moment\");"
+                ));
             }
             Role::Output(_) => {
                 let field = interface.output(id);

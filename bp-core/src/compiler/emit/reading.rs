@@ -10,7 +10,7 @@ use super::names::{Names, snake};
 use super::text::Text;
 use super::values::Enums;
 use crate::ids::{AxisId, BufferId, VariableId};
-use crate::kernel::Extent;
+use crate::kernel::{Extent, OutputKey};
 use crate::lower::Output;
 use crate::model::{Ask, Domain, Model, Statistic};
 use std::collections::HashMap;
@@ -131,7 +131,14 @@ impl Interface<'_> {
     }
 
     /// The answer, with its methods.
-    pub(super) fn answer(&self, model: &Model, enums: &Enums, meant: &[Output], text: &mut Text) {
+    pub(super) fn answer(
+        &self,
+        model: &Model,
+        enums: &Enums,
+        meant: &[Output],
+        shown: impl Fn(OutputKey) -> bool,
+        text: &mut Text,
+    ) {
         text.line("/// The answer, read by values.\n#[derive(Clone, Debug, Default)]");
         text.open("pub struct Answer<T>");
         text.line("outputs: Outputs<T>,");
@@ -142,7 +149,8 @@ impl Interface<'_> {
         text.line("/// The report beside the numbers.\npub fn report(&self) -> Report { self.report }");
         let mut names = Names::default();
         names.unique("report");
-        for (id, key) in self.kernel.outputs() {
+        let meant: Vec<&Output> = meant.iter().filter(|output| shown(output.key)).collect();
+        for (id, key) in self.kernel.outputs().filter(|(_, key)| shown(*key)) {
             let output = meant.iter().find(|output| output.key == key);
             let output = output.expect("internal: each output of a kernel means something");
             let own = word(model, output);

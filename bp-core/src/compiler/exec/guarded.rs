@@ -40,7 +40,7 @@ impl Lanes {
             cells.iter().any(|cell| match key {
                 OutputKey::Total => cell.is_beyond(),
                 OutputKey::LnEvidence => cell.exponential().is_beyond(),
-                OutputKey::Ask(_) => false,
+                OutputKey::Ask(_) | OutputKey::Law(_) | OutputKey::Moment(_) => false,
             })
         };
         if extended.arrays.iter().any(is_beyond) {
@@ -69,6 +69,6 @@ fn is_safe(key: OutputKey, cells: &[f64]) -> bool {
     cells.iter().all(|cell| match key {
         OutputKey::Total => cell.is_finite() && *cell >= SMALLEST_TOTAL,
         OutputKey::LnEvidence => cell.is_finite() && *cell >= SMALLEST_TOTAL.ln(),
-        OutputKey::Ask(_) => cell.is_finite(),
+        OutputKey::Ask(_) | OutputKey::Law(_) | OutputKey::Moment(_) => cell.is_finite(),
     })
 }

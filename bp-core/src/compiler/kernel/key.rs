@@ -62,6 +62,8 @@ pub enum InputKey {
     Previous(VariableId),
     /// A named value of a variable in the question: `w` in `Wet = w`.
     Value(VariableId, String),
+    /// A number of the normal law carried from the previous instant: a mean, or a covariance.
+    Law(usize),
     /// The answer of another program, by the path of its question.
     Answer(String),
     /// Whether the lanes of a grid are periodic.
@@ -111,4 +113,9 @@ pub enum OutputKey {
     LnEvidence,
     /// The normalising constant.
     Total,
+    /// A number of the normal law carried to the next instant: the means, then the covariances, row by row up to the
+    /// diagonal.
+    Law(usize),
+    /// A number of the normal law of the searched variables, in the same order.
+    Moment(usize),
 }

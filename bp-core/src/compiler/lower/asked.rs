@@ -54,6 +54,40 @@ impl Lowering<'_> {
         Ok(self.builder.select(nothing, otherwise, kept))
     }
 
+    /// Whether the distribution carried from the previous instant is a joint one.
+    pub(super) fn is_joint(&self, left: &[VariableUse]) -> bool {
+        let is_family = |use_: &VariableUse| self.model.variables[use_.variable].family.is_some();
+        left.len() > 1 || left.iter().any(|use_| use_.element.is_none() && is_family(use_))
+    }
+
+    /// The joint distribution carried from the previous instant, by the name of its first variable.
+    pub(super) fn joint_previous(&mut self, of: VariableId, left: &[VariableUse]) -> Result<ValueId, Error> {
+        let key = InputKey::Previous(of);
+        let (mut axes, mut indices) = (Vec::new(), Vec::new());
+        let known = self.builder.so_far().input(&key);
+        for use_ in left {
+            let name = self.model.variable_name(use_.variable);
+            let extent = self.extent(&self.model.variables[use_.variable].domain.clone());
+            let elements = match self.meaning(use_.variable, None)? {
+                Meaning::Family(elements) => elements,
+                one => vec![one],
+            };
+            for element in elements {
+                let Meaning::Ordinal(ordinal) = element else {
+                    return Err(self.unplanned("only distributions of finite variables are carried"));
+                };
+                indices.push(self.builder.at(ordinal));
+                if known.is_none() {
+                    axes.push(self.builder.axis(&name, extent));
+                }
+            }
+        }
+        indices.extend(self.plate.iter().map(|axis| Index::Axis(*axis)));
+        axes.extend(&self.plate);
+        let buffer = self.input(key, None, &axes);
+        Ok(self.builder.load(buffer, indices))
+    }
+
     /// The answer of another program: for a subroutine its table; else the likelihood of the observations under it.
     pub(super) fn asked(
         &mut self,

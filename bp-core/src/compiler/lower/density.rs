@@ -125,6 +125,9 @@ impl Lowering<'_> {
                 }
                 Ok(product)
             }
+            (Form::Previous { of, at: None, .. }, left) if self.is_joint(left) => {
+                self.joint_previous(*of, left)
+            }
             (_, [left]) => {
                 let meaning = self.use_meaning(left)?;
                 self.density(factor, form, left.variable, &meaning)
@@ -176,6 +179,8 @@ impl Lowering<'_> {
                 let name = form.name();
                 Err(self.unplanned(format!("`{name}` distributes a vector, which has no kernel")))
             }
+            // An observation that is absent.
+            Form::Flat if self.is_step => Ok(self.builder.constant(1.0)),
             Form::Flat | Form::HalfFlat => {
                 let head = self.model.head(factor);
                 Err(self.unplanned(format!("`{head}` is improper: {}", Form::FLAT)))

@@ -15,11 +15,13 @@ mod given;
 mod law;
 mod logarithm;
 mod normal;
+mod over_time;
 mod read_out;
 mod table;
 mod term;
 mod validity;
 
+pub use over_time::{NormalLowered, Phase, Step, lower_normal};
 pub use read_out::{Lowered, Output};
 
 use crate::equation::Exact;
@@ -59,6 +61,16 @@ pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
 pub fn lower_printed(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
     let multiplies = exact.is_multiplied(model);
     lowered(Lowering { multiplies, ..Lowering::new(model, exact, name) })
+}
+
+/// Lowers one instant of a filter, as [`lower_printed`], or, `guarded`, as [`lower_guarded`].
+///
+/// # Errors
+/// As [`lower`].
+pub fn lower_instant(model: &Model, exact: &Exact, name: &str, guarded: bool) -> Result<Lowered, Error> {
+    let multiplies = exact.is_multiplied(model) && !guarded;
+    let is_step = true;
+    lowered(Lowering { multiplies, is_step, runs_anew: guarded, ..Lowering::new(model, exact, name) })
 }
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
@@ -105,6 +117,8 @@ struct Lowering<'m> {
     runs_anew: bool,
     /// Whether the joint is multiplied without logarithms, because it is computed again where its total is too small.
     multiplies: bool,
+    /// Whether it is one instant of a filter, where `flat` stands for an observation that is absent.
+    is_step: bool,
     /// The terms that multiply densities of reals, computed on demand.
     densities: Vec<bool>,
     /// The arrays of known numbers of each factor, by the name of the first.
@@ -130,6 +144,7 @@ impl<'m> Lowering<'m> {
             guarded: false,
             runs_anew: false,
             multiplies: false,
+            is_step: false,
             densities: Vec::new(),
             tables: HashMap::new(),
             counts: HashMap::new(),
@@ -325,6 +340,7 @@ impl<'m> Lowering<'m> {
         match key {
             InputKey::Parameter(parameter) => self.model.parameters[*parameter].name.clone(),
             InputKey::Previous(of) => format!("previous {}", self.model.variable_name(*of)),
+            InputKey::Law(place) => format!("law {place}"),
             InputKey::Value(_, name) | InputKey::Answer(name) => name.clone(),
             InputKey::Wraps(grid) => format!("{}.wraps", self.model.sets[*grid].name),
         }

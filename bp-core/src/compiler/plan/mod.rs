@@ -11,6 +11,7 @@ pub use crate::equation::{
     Cost, Elimination, Exact, Group, Mark, Marked, Notation, Options, Rewrites, Strategy, parts,
 };
 pub use crate::strategies::Route;
+pub use crate::strategies::over_time::{InstantCode, OverTime};
 pub use strategy::Offer;
 
 use crate::error::Error;

@@ -73,7 +73,7 @@ pub(crate) trait Offered {
         Vec::new()
     }
     /// The reason why no code is printed, if it is not.
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _model: &Model) -> Option<String> {
         None
     }
     /// Compiles everything that does not depend on a case.

@@ -242,7 +242,7 @@ impl Offered for Conjugate {
         (self.priors.iter().map(line).collect(), Vec::new())
     }
 
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _: &Model) -> Option<String> {
         Some("conjugate posteriors are computed by `answer::ask`, not by emitted code".to_owned())
     }
 

@@ -349,7 +349,7 @@ impl Offered for Gaussian {
         (self.derivation(model, notation), Vec::new())
     }
 
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _: &Model) -> Option<String> {
         let reason = match (self.families, self.fields) {
             (true, _) => {
                 "emitted code makes the filter of whole variables, but this question is answered element by element"

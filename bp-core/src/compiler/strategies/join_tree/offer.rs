@@ -195,7 +195,7 @@ impl Offered for JoinTree {
         self.exact.lines(model, notation)
     }
 
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _: &Model) -> Option<String> {
         Some(format!(
             "it takes {} factors, and a join tree is cheaper than a loop for each; emitted code holds loops: \
              `answer::ask` answers it by a join tree",

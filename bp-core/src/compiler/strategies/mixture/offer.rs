@@ -203,7 +203,7 @@ impl Offered for Mixture {
         (lines, Vec::new())
     }
 
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _: &Model) -> Option<String> {
         Some("a mixture of normal distributions is computed by `answer::ask`, not by emitted code".to_owned())
     }
 

@@ -4,10 +4,12 @@
 //! for each instant asked about. Invariant: an instant without observations is still an instant.
 
 mod answer;
+mod code;
 mod follow;
 mod offer;
 
 pub(crate) use answer::of_instant;
+pub use code::InstantCode;
 pub use follow::Follower;
 pub use offer::{By, OverTime};
 pub(crate) use offer::{carried, check, check_sequence, not_of_normal, not_of_reals};

@@ -205,8 +205,8 @@ impl Offered for OverTime {
         OverTime::marks(self, model, notation)
     }
 
-    fn not_printed(&self) -> Option<String> {
-        Some("over time it is answered by `answer::ask_over_time`, not by emitted code".to_owned())
+    fn not_printed(&self, model: &Model) -> Option<String> {
+        self.without_kernel(model)
     }
 
     fn prepare(&self, _: &Model, _: &Question, purpose: Purpose) -> Result<Box<dyn Prepared>, Error> {

@@ -162,7 +162,7 @@ impl Offered for Sampled {
         (self.derivation(model, notation), Vec::new())
     }
 
-    fn not_printed(&self) -> Option<String> {
+    fn not_printed(&self, _: &Model) -> Option<String> {
         Some(format!("{}; draws are made by `answer::ask`, not by emitted code", self.reason))
     }
 
