@@ -6,6 +6,7 @@
 
 mod finite;
 mod normal;
+mod series;
 
 /// Asserts that two numbers agree.
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {

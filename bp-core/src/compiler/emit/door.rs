@@ -148,6 +148,9 @@ impl Interface<'_> {
     fn by_arrays(&self, key: SizeKey) -> String {
         let length = |(id, given): &(BufferId, Given)| {
             let Given::Slice(field) = given else { return None };
+            if self.unseen.contains(id) {
+                return None;
+            }
             let [axis] = self.kernel.buffers[*id].axes.as_slice() else { return None };
             let extent = self.kernel.axes[*axis].extent;
             let less = match extent.offset {

@@ -92,6 +92,8 @@ pub(super) struct Interface<'k> {
     pub(super) kernel: &'k Kernel,
     pub(super) sizes: Vec<SizeField>,
     pub(super) inputs: Vec<(BufferId, Given)>,
+    /// The inputs that are no fields of the builder, because a filter gives them.
+    pub(super) unseen: Vec<BufferId>,
     /// For `nearest`: the field of each name.
     pub(super) fields: Vec<(String, String)>,
     outputs: HashMap<BufferId, OutputField>,
@@ -106,6 +108,7 @@ impl<'k> Interface<'k> {
             kernel,
             sizes: Vec::new(),
             inputs: Vec::new(),
+            unseen: Vec::new(),
             fields: Vec::new(),
             outputs: HashMap::new(),
             order: Vec::new(),
@@ -339,9 +342,9 @@ impl<'k> Interface<'k> {
     }
 
     /// Writes `Outputs`.
-    pub(super) fn outputs_structure(&self, text: &mut Text) {
+    pub(super) fn outputs_structure(&self, visible: &str, text: &mut Text) {
         text.line("/// The outputs of the question.\n#[derive(Clone, Debug, Default)]");
-        text.open("struct Outputs<T>");
+        text.open(format!("{visible}struct Outputs<T>"));
         for id in &self.order {
             let OutputField { field, part, documentation, best } = &self.outputs[id];
             match best {

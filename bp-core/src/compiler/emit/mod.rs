@@ -12,6 +12,7 @@ mod door;
 mod filter;
 mod fused;
 mod given;
+mod instant;
 mod interface;
 mod load;
 mod moments;
@@ -21,6 +22,7 @@ mod nest;
 mod print;
 mod question;
 mod reading;
+mod series;
 mod step;
 mod straight;
 mod suspects;
@@ -139,7 +141,10 @@ fn emit_question(
         }
         if let plan::Route::OverTime(route) = route {
             let place = (name.as_str(), asked.name.as_str(), number);
-            step::emit((model, enums), route, place, equation, &mut part)?;
+            match route.ask().when.is_every_instant() {
+                true => series::emit((model, enums), route, place, equation, &mut part)?,
+                false => step::emit((model, enums), route, place, equation, &mut part)?,
+            }
             parts.push(part);
             continue;
         }

@@ -39,7 +39,7 @@ pub(super) fn emit(
     interface.builder(model, enums, text);
     interface.answer(model, enums, &lowered.outputs, |_| true, text);
     let generics = interface.inputs_structure("", text);
-    interface.outputs_structure(text);
+    interface.outputs_structure("", text);
     let asked = Asked { question, route, instant: None };
     computation(&interface, (generics, ""), &asked, (model.plate.is_none(), is_linear), text);
     text.close();

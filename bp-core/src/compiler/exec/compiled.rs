@@ -18,7 +18,7 @@ pub use report::{
     Compiled, Report, has_nan, only_if, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,
     without_nan,
 };
-pub use step::{add_up, covariances, means, number};
+pub use step::{add_up, covariances, largest, means, number};
 pub use tile::{Aligned, Doubt, LINE, TILE, Tile, doubt_numbers, on_a_line, write_numbers, write_tile};
 
 pub use crate::kernel::OutputKey;

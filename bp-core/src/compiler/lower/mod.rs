@@ -67,10 +67,11 @@ pub fn lower_printed(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
 ///
 /// # Errors
 /// As [`lower`].
-pub fn lower_instant(model: &Model, exact: &Exact, name: &str, guarded: bool) -> Result<Lowered, Error> {
-    let multiplies = exact.is_multiplied(model) && !guarded;
-    let is_step = true;
-    lowered(Lowering { multiplies, is_step, runs_anew: guarded, ..Lowering::new(model, exact, name) })
+pub fn lower_instant(step: &Step, exact: &Exact, name: &str, guarded: bool) -> Result<Lowered, Error> {
+    let multiplies = exact.is_multiplied(&step.model) && !guarded;
+    let (is_step, maximises) = (true, step.phase == Phase::Best);
+    let own = Lowering::new(&step.model, exact, name);
+    lowered(Lowering { multiplies, is_step, maximises, runs_anew: guarded, ..own })
 }
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
@@ -119,6 +120,8 @@ struct Lowering<'m> {
     multiplies: bool,
     /// Whether it is one instant of a filter, where `flat` stands for an observation that is absent.
     is_step: bool,
+    /// Whether variables that no ask searches are maximised, not summed.
+    maximises: bool,
     /// The terms that multiply densities of reals, computed on demand.
     densities: Vec<bool>,
     /// The arrays of known numbers of each factor, by the name of the first.
@@ -145,6 +148,7 @@ impl<'m> Lowering<'m> {
             runs_anew: false,
             multiplies: false,
             is_step: false,
+            maximises: false,
             densities: Vec::new(),
             tables: HashMap::new(),
             counts: HashMap::new(),

@@ -64,7 +64,7 @@ impl Lowering<'_> {
         let over: Vec<AxisId> = searched.iter().flat_map(|(_, axes)| axes.clone()).collect();
         let (joint, shift) = self.joint(&over)?;
         let sole = exact.asks.len() == 1 && exact.normalised && !exact.ln_evidence;
-        let joint = match sole {
+        let joint = match sole || self.maximises {
             true => joint,
             false => {
                 let axes = self.output_axes(&rows, &searched);
@@ -170,7 +170,8 @@ impl Lowering<'_> {
         if !summed.is_empty() {
             let over: Vec<AxisId> = summed.iter().flat_map(|(_, axes)| axes.clone()).collect();
             let name = self.name("marginal");
-            value = self.builder.fold(&name, &axes, Fold::Sum, &over, joint);
+            let fold = if self.maximises { Fold::Maximum } else { Fold::Sum };
+            value = self.builder.fold(&name, &axes, fold, &over, joint);
         }
         let argmax = matches!(ask.statistic, Statistic::Argmax { .. });
         if !(self.exact.normalised || argmax && over_plate) {

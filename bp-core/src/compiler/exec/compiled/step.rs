@@ -36,6 +36,17 @@ pub fn covariances<T>(law: &[T], count: usize, one: usize, other: usize) -> &[T]
     &law[covariance_place(count, one, other) * plate..][..plate]
 }
 
+/// The place of the largest number of an element of the plate; the first of several.
+pub fn largest<T: Scalar>(cells: &[T], plate: usize, element: usize) -> usize {
+    let mut best = 0;
+    for place in 1..cells.len() / plate.max(1) {
+        if cells[place * plate + element] > cells[best * plate + element] {
+            best = place;
+        }
+    }
+    best
+}
+
 /// The only number, or 0 before the first instant.
 #[inline]
 pub fn number<T: Scalar>(numbers: &[T]) -> T {
@@ -53,6 +64,10 @@ mod tests {
         assert_eq!(means(&law, 2, 1), [3, 4]);
         assert_eq!((covariances(&law, 2, 0, 1), covariances(&law, 2, 1, 1)), (&[7, 8][..], &[9, 10][..]));
         assert!(means::<f64>(&[], 2, 1).is_empty() && number::<f64>(&[]) == 0.0);
+        assert_eq!(
+            (largest(&[0.5, 1.0, 0.5, 0.0, 0.25, 2.0], 2, 0), largest(&[0.5, 1.0, 0.5, 0.0], 2, 1)),
+            (0, 0)
+        );
         let mut sums = Vec::new();
         [[0.5f32, 1.0], [0.25, 2.0]].iter().for_each(|more| add_up(&mut sums, more));
         assert_eq!(sums, [0.75, 3.0]);

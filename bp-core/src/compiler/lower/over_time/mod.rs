@@ -8,6 +8,7 @@ mod law;
 mod moments;
 mod normal;
 mod rotation;
+mod series;
 mod tangent;
 
 pub use normal::{NormalLowered, lower_normal};
@@ -29,6 +30,14 @@ pub enum Phase {
     Later,
     /// A later one without observations, of a prediction.
     Ahead,
+    /// Of a whole series: the message from a later instant to X^-1, Σ_X φ β(X).
+    Back,
+    /// Of a whole series: the distribution at an instant, α(X) β(X).
+    Both,
+    /// Of a most likely series: the largest probability of each X, max φ δ(X^-1).
+    Best,
+    /// Of a most likely series: the X^-1 before an X that is known, φ δ(X^-1).
+    Trace,
 }
 
 /// A question of one instant.
@@ -69,7 +78,7 @@ impl Step {
         let own = Ask { when: When::Now, known: known.clone(), ..ask.clone() };
         let state = asked(carried.iter().map(|(now, _)| *now).collect(), known);
         // Axes are in the order of the asks: what is carried comes first, in the order in which it is read again.
-        let asks = if own == state { vec![own] } else { vec![state, own] };
+        let asks = if own == state || ask.when.is_every_instant() { vec![state] } else { vec![state, own] };
         let (model, carried) = (model.clone(), carried.to_vec());
         Self { model, phase, asks, carried, absent: Vec::new() }
     }
@@ -103,6 +112,9 @@ impl Step {
         phase: Phase,
     ) -> Result<(Self, Exact), Error> {
         let mut step = Self::new(model, ask, carried, phase);
+        if phase == Phase::Both {
+            return step.of_both(ask);
+        }
         let before = |variable: VariableId| carried.iter().any(|(_, before)| *before == variable);
         for (variable, name) in step.given() {
             let Some(factor) = leaf(model, variable) else { continue };
@@ -118,13 +130,11 @@ impl Step {
             (Phase::First, _) | (_, []) => {}
             (_, [(now, _), ..]) => {
                 factors.retain(|factor| !factor.left.iter().any(|use_| before(use_.variable)));
-                let otherwise = Box::new(Form::Uniform);
-                factors.push(Factor {
-                    left: carried.iter().map(|(_, before)| (*before).into()).collect(),
-                    right: Vec::new(),
-                    form: Form::Previous { of: *now, at: None, otherwise },
-                    products: Vec::new(),
-                });
+                let form = match phase {
+                    Phase::Back => Form::Uniform,
+                    _ => Form::Previous { of: *now, at: None, otherwise: Box::new(Form::Uniform) },
+                };
+                factors.push(joint(carried.iter().map(|(_, before)| *before), form));
             }
         }
         for mut factor in factors {
@@ -138,9 +148,14 @@ impl Step {
             factor.form = of_phase(factor.form, phase);
             step.model.factors.push(factor);
         }
-        let options = Options { ln_evidence: true, ..Options::default() };
-        let exact = equation::exact(&step.model, step.asks.clone(), options)?;
-        Ok((step, exact))
+        match phase {
+            Phase::Back | Phase::Both | Phase::Best | Phase::Trace => step.of_series(),
+            Phase::First | Phase::Later | Phase::Ahead => {
+                let options = Options { ln_evidence: true, ..Options::default() };
+                let exact = equation::exact(&step.model, step.asks.clone(), options)?;
+                Ok((step, exact))
+            }
+        }
     }
 
     /// An instant of normal variables.
@@ -158,6 +173,11 @@ impl Step {
         }
         step
     }
+}
+
+/// A factor of several variables without parents.
+fn joint(left: impl Iterator<Item = VariableId>, form: Form) -> Factor {
+    Factor { left: left.map(Into::into).collect(), right: Vec::new(), form, products: Vec::new() }
 }
 
 /// The form that holds at an instant.

@@ -8,8 +8,9 @@ use super::{By, OverTime};
 use crate::distribution::Setting;
 use crate::equation::Exact;
 use crate::error::Error;
+use crate::ids::VariableId;
 use crate::lower::{Lowered, NormalLowered, Phase, Step, lower_instant, lower_normal};
-use crate::model::{Finding, Model, Statistic, When};
+use crate::model::{Finding, Model, Searched, Statistic, When};
 use crate::strategies::gaussian::{Extended, Filter, not_linearised, relevant};
 
 /// The kernel of an instant.
@@ -32,6 +33,8 @@ impl OverTime {
     /// The kinds of instants of which it needs a kernel.
     pub fn phases(&self) -> &'static [Phase] {
         match self.ask().when {
+            When::Smooth => &[Phase::First, Phase::Later, Phase::Back, Phase::Both],
+            When::Sequence => &[Phase::First, Phase::Best, Phase::Trace],
             When::Predict(1..) => &[Phase::First, Phase::Later, Phase::Ahead],
             _ => &[Phase::First, Phase::Later],
         }
@@ -46,8 +49,24 @@ impl OverTime {
     pub(super) fn without_kernel(&self, model: &Model) -> Option<String> {
         let ask = self.ask();
         let given = "`answer::ask_over_time` answers it";
+        let is_carried = |item: &Searched| self.carried.iter().any(|(now, _)| *now == item.variable);
+        let is_family = |(now, _): &(VariableId, VariableId)| model.variables[*now].family.is_some();
         if ask.when.is_every_instant() {
-            return Some(format!("emitted code answers `filter` and `predict`, instant by instant; {given}"));
+            if self.by != By::Chain {
+                return Some(format!(
+                    "emitted code answers `smooth` and `sequence` of finite variables; {given}"
+                ));
+            }
+            if !ask.searched.iter().all(is_carried) || self.carried.iter().any(is_family) {
+                let what =
+                    "emitted code answers `smooth` and `sequence` of carried variables, and not of families";
+                return Some(format!("{what}; {given}"));
+            }
+            if ask.when == When::Sequence
+                && !matches!(ask.statistic, Statistic::Distribution | Statistic::Argmax { nearest: None })
+            {
+                return Some(format!("emitted code answers with the most likely sequence; {given}"));
+            }
         }
         let finite = matches!(
             ask.statistic,
@@ -100,7 +119,7 @@ impl OverTime {
     ) -> Result<InstantCode, Error> {
         if let By::Chain = self.by {
             let (step, exact) = Step::of_chain(model, self.ask(), &self.carried, phase)?;
-            let lowered = lower_instant(&step.model, &exact, name, guarded)?;
+            let lowered = lower_instant(&step, &exact, name, guarded)?;
             return Ok(InstantCode::Chain { step, exact, lowered });
         }
         let wanted = relevant(model, std::slice::from_ref(self.ask()));
