@@ -7,6 +7,7 @@
 mod again;
 mod best;
 mod blocks;
+mod cells;
 mod documentation;
 mod door;
 mod filter;

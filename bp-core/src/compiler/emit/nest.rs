@@ -37,7 +37,8 @@ impl<'k> Nests<'k> {
         for nest in &group.nests {
             let out = self.kernel.nests[nest.nest].out;
             room(self.kernel, out, text);
-            let body = [Statement::Scope(self.nest(nest, &[]))];
+            let nested = self.folded_cells(nest).unwrap_or_else(|| self.nest(nest, &[]));
+            let body = [Statement::Scope(nested)];
             validate(&body, []);
             print::statements(&body, text);
             let array = local("m", out);

@@ -41,6 +41,7 @@ pub(super) fn name(local: &Local) -> String {
         Of::Made => return "made".to_owned(),
         Of::Own => return "own".to_owned(),
         Of::Folded => return "folded".to_owned(),
+        Of::Cells => return "cells".to_owned(),
         Of::State => return "state".to_owned(),
     };
     let copy: String = local.copy.iter().map(|chosen| format!("_{chosen}")).collect();
@@ -261,6 +262,9 @@ fn statement(it: &Statement, text: &mut Text) {
         Statement::Set(place, value) => text.line(format!("{} = {};", expression(place), expression(value))),
         Statement::BeginLanes(fold) => {
             text.line(format!("folded[..filled].fill(T::from_f64({}));", start(*fold)));
+        }
+        Statement::Cells(count, start) => {
+            text.line(format!("let mut cells = [{}; {count}];", expression(start)));
         }
         Statement::Begin(fold) => text.line(format!("let mut folded = {};", start(*fold))),
         Statement::Fold(fold, value) => text.line(match (fold, expression(value)) {

@@ -96,6 +96,25 @@ impl Exact {
         operands.density.is_none() && operands.count.is_some_and(|count| count <= MOST_MULTIPLIED)
     }
 
+    /// Whether the code of one instant multiplies: its factors are those of finite variables, normalised on their own, and few.
+    /// An instant whose total is too small is computed again.
+    pub(crate) fn is_multiplied_at(&self, model: &Model) -> bool {
+        let mut factors: HashSet<FactorId> = HashSet::new();
+        for term in self.terms.values() {
+            match term {
+                Term::Factor(id) | Term::Possible(id) => drop(factors.insert(*id)),
+                Term::FirstScan(_) => return false,
+                _ => {}
+            }
+        }
+        let is_plain = |id: &FactorId| {
+            let factor = &model.factors[*id];
+            let finite = factor.left.iter().all(|left| model.variables[left.variable].domain.is_finite());
+            factor.products.is_empty() && (finite || matches!(factor.form, Form::Dirac(_) | Form::Ask { .. }))
+        };
+        factors.len() <= MOST_MULTIPLIED && factors.iter().all(is_plain)
+    }
+
     /// The products, outermost first; only the first few of many.
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let printer = Printer {

@@ -9,6 +9,7 @@
 //! host loop that runs kernels and swaps buffers.
 
 mod build;
+mod constants;
 mod key;
 mod plate;
 mod rewrite;
@@ -19,6 +20,7 @@ mod values;
 mod words;
 
 pub use build::KernelBuilder;
+pub(crate) use constants::with_tables;
 pub use key::{Coordinate, Displacements, GridAxis, InputKey, OutputKey, Size, SizeKey};
 pub(crate) use plate::with_plate;
 pub(crate) use rewrite::{rewritten, without_copies};

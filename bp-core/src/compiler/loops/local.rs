@@ -58,6 +58,8 @@ pub(crate) enum Of {
     Own,
     /// The accumulator of a fold.
     Folded,
+    /// The accumulators of the folds of several cells.
+    Cells,
     /// The state of a scan.
     State,
 }

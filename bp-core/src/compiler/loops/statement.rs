@@ -87,6 +87,8 @@ pub(crate) enum Statement {
     ForTiles(Vec<Statement>),
     /// Assigns a number to the first expression.
     Set(Expression, Expression),
+    /// Begins the folds of this number of cells, each with this number.
+    Cells(usize, Expression),
     /// Initialises a fold: of each lane, or of one number.
     BeginLanes(Fold),
     Begin(Fold),
@@ -172,6 +174,10 @@ impl Statement {
                 found(name.clone());
             }
             Self::BeginLanes(_) | Self::Begin(_) => found(Of::Folded.into()),
+            Self::Cells(_, start) => {
+                found(Of::Cells.into());
+                start.names(found);
+            }
         }
     }
 }

@@ -65,6 +65,10 @@ impl Scope {
                 self.uses(value);
             }
             Statement::BeginLanes(_) => self.uses_name(&Of::Folded.into()),
+            Statement::Cells(_, start) => {
+                self.uses(start);
+                self.known.insert(Of::Cells.into());
+            }
             Statement::Begin(_) => {
                 self.known.insert(Of::Folded.into());
             }

@@ -9,7 +9,7 @@ use crate::equation::Binding;
 use crate::error::Error;
 use crate::forms::{bernoulli, dirac, mixture, uniform};
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
-use crate::kernel::{Extent, Fold, GridAxis, Reduce, SizeKey};
+use crate::kernel::{Extent, Fold, GridAxis, Index, Node, Reduce, SizeKey};
 use crate::law::Constraint;
 use crate::model::{Domain, Factor, Form, Value, VariableUse};
 use crate::operators::Binary;
@@ -71,16 +71,22 @@ impl Lowering<'_> {
         })
     }
 
-    /// A value that does not depend on the plate but takes some computing is stored in a small array, filled once.
+    /// A value that does not depend on the plate but takes some computing is stored in a small array, filled once. So is
+    /// one of an instant of a filter, which is a table where it reads no input; its last axis is contiguous.
     fn computed_once(&mut self, value: ValueId) -> ValueId {
         let axes: Vec<AxisId> = self.axes(value).into_iter().collect();
-        let cheap = matches!(
-            self.builder.so_far().nodes[value],
-            crate::kernel::Node::Constant(_)
-                | crate::kernel::Node::Load { .. }
-                | crate::kernel::Node::Axis(_)
-        );
-        if self.plate.is_empty() || cheap || axes.iter().any(|axis| self.plate.contains(axis)) {
+        let is_running = |index: &Index| matches!(index, Index::Axis(_));
+        let cheap = match &self.builder.so_far().nodes[value] {
+            Node::Constant(_) | Node::Axis(_) => true,
+            Node::Load { indices, .. } => !self.is_step || indices.iter().all(is_running),
+            _ => false,
+        };
+        let is_number = self.is_step && axes.is_empty();
+        if (self.plate.is_empty() && !self.is_step)
+            || is_number
+            || cheap
+            || axes.iter().any(|axis| self.plate.contains(axis))
+        {
             return value;
         }
         let name = self.name("once");

@@ -29,7 +29,7 @@ use crate::error::Error;
 use crate::ids::{AxisId, BufferId, ExpressionId, Id, SetId, ValueId, VariableId};
 use crate::kernel::{
     Displacements, Extent, GridAxis, Index, InputKey, Kernel, KernelBuilder, Node, Role, Size, SizeKey,
-    share_between_neighbours, without_copies,
+    share_between_neighbours, with_tables, without_copies,
 };
 use crate::model::{Bound, Domain, IndexSpace, Model, ParameterKind, SetKind};
 use std::collections::{BTreeSet, HashMap};
@@ -68,10 +68,12 @@ pub fn lower_printed(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
 /// # Errors
 /// As [`lower`].
 pub fn lower_instant(step: &Step, exact: &Exact, name: &str, guarded: bool) -> Result<Lowered, Error> {
-    let multiplies = exact.is_multiplied(&step.model) && !guarded;
+    let multiplies = exact.is_multiplied_at(&step.model) && !guarded;
     let (is_step, maximises) = (true, step.phase == Phase::Best);
     let own = Lowering::new(&step.model, exact, name);
-    lowered(Lowering { multiplies, is_step, maximises, runs_anew: guarded, ..own })
+    let mut made = lowered(Lowering { multiplies, is_step, maximises, runs_anew: guarded, ..own })?;
+    made.kernel = with_tables(made.kernel);
+    Ok(made)
 }
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
