@@ -17,6 +17,9 @@ pub enum Error {
     /// Sounds, heads and their calibrations.
     #[error(transparent)]
     Audition(#[from] crate::audition::AuditionError),
+    /// Recordings of inertial sensors.
+    #[error(transparent)]
+    Balance(#[from] crate::vestibular::BalanceError),
     /// Pictures.
     #[error(transparent)]
     Report(#[from] crate::report::ReportError),

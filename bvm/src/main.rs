@@ -12,7 +12,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version)]
 #[command(
-    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n  bvm listen --wav in.wav --calibration head.json\n\n\
+    after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n  bvm listen --wav in.wav --calibration head.json\n  bvm balance --imu imu.csv --out orientation.csv\n\n\
 Frame: x ahead, y left, z up; azimuth and yaw are positive to the left."
 )]
 struct Arguments {
@@ -22,6 +22,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    Balance(command::balance::Arguments),
     #[command(subcommand)]
     Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),
@@ -33,6 +34,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
+        Command::Balance(arguments) => command::balance::run(&arguments),
         Command::Calibrate(sense) => command::calibrate::run(&sense),
         Command::Explore(arguments) => command::explore::run(&arguments),
         Command::Listen(arguments) => command::listen::run(&arguments),

@@ -13,6 +13,10 @@ bayesian_program!("models/binaural.bp");
 bayesian_program!("models/listening.bp");
 bayesian_program!("models/stereo_error.bp");
 bayesian_program!("models/vestibular.bp");
+bayesian_program!("models/inertial.bp");
+bayesian_program!("models/rest.bp");
+bayesian_program!("models/self_motion.bp");
+bayesian_program!("models/tilt_translation.bp");
 bayesian_program!("models/gaze.bp");
 bayesian_program!("models/view.bp");
 

@@ -7,9 +7,11 @@
 use crate::error::Error;
 use crate::frame::{Spherical, wrap_angle};
 use crate::input;
-use crate::vestibular::{Balance, Vestibular};
+use crate::vestibular::Noise;
+use crate::vestibular::inertial;
+use crate::vestibular::rotation;
 use crate::vision::VisionError;
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
 /// An inertial reading.
@@ -96,20 +98,16 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
     if rows.is_empty() { Err("no rows of numbers".to_owned()) } else { Ok(rows) }
 }
 
-/// The rotation of the body: the estimated yaw, and the tilt.
+/// The rotation of the body: the filter of `models/inertial.bp`.
 ///
-/// The sensor's bias and the vertical are the means of the readings before the first frame, when the body is at rest.
+/// The body is taken to be at rest before the first frame: the readings until then show the bias of the gyroscope and the vertical.
 #[derive(Clone, Debug)]
 pub struct Posture {
-    balance: Vestibular,
-    bias: Vector3<f64>,
-    /// Ahead, left and up of the first frame, in the body's frame then: the axes of the map.
-    level: [Vector3<f64>; 3],
-    /// From the body's frame now to that of the first frame.
-    turned: Rotation3<f64>,
+    filter: inertial::Inertial,
+    /// The direction of the gaze, in the body's frame, and its azimuth at the first frame: 0 in the map.
+    ahead: Vector3<f64>,
+    first: f64,
     time: i64,
-    /// Time in ns and rate in rad/s of a reading not yet processed.
-    pending: (i64, f64),
 }
 
 impl Posture {
@@ -119,70 +117,51 @@ impl Posture {
     /// No reading of the sensor before the first frame.
     pub fn at_rest(recording: &Recording, ahead: Vector3<f64>) -> Result<Self, Error> {
         let begin = recording.frames[0].0;
-        let before: Vec<&Inertial> = recording.inertial.iter().take_while(|row| row.time < begin).collect();
-        if before.is_empty() {
+        let mut before = recording.inertial.iter().take_while(|row| row.time < begin);
+        let Some(first) = before.next() else {
             let (path, reason) =
                 (recording.frames[0].1.clone(), "there is no inertial reading before this frame".to_owned());
             return Err(VisionError::ImageFile { path, reason }.into());
-        }
-        let mean = |of: fn(&Inertial) -> Vector3<f64>| {
-            before.iter().map(|row| of(row)).sum::<Vector3<f64>>() / before.len() as f64
         };
-        let up = mean(|row| row.specific_force).normalize();
-        let ahead = (ahead - up * up.dot(&ahead)).normalize();
-        Ok(Self {
-            balance: Vestibular::at_rest(Balance::Gyroscope)?,
-            bias: mean(|row| row.angular_velocity),
-            level: [ahead, up.cross(&ahead), up],
-            turned: Rotation3::identity(),
-            time: begin,
-            pending: (0, 0.0),
-        })
+        let mut filter = inertial::Inertial::new(Noise::default(), 0.0);
+        filter.start(first.specific_force.into());
+        let mut posture = Self { filter, ahead, first: 0.0, time: first.time };
+        for row in before {
+            let seconds = posture.feel(row);
+            posture.filter.still(row.angular_velocity.into(), seconds.max(1e-4));
+        }
+        posture.first = posture.azimuth();
+        Ok(posture)
     }
 
-    /// Processes inertial readings; rows are in order of time.
-    ///
-    /// # Errors
-    /// Only the filter's own checks, which finite data pass.
-    pub fn feel(&mut self, row: &Inertial) -> Result<(), Error> {
-        let step = row.time - self.time;
-        if step <= 0 {
-            return Ok(());
+    /// Processes an inertial reading; rows are in order of time. Returns the seconds that it stands for.
+    pub fn feel(&mut self, row: &Inertial) -> f64 {
+        let seconds = (row.time - self.time) as f64 * 1e-9;
+        if seconds > 0.0 {
+            self.time = row.time;
+            self.filter.turn(row.angular_velocity.into(), 0.0, seconds);
+            self.filter.push(row.specific_force.into(), seconds);
         }
-        self.time = row.time;
-        let rate = row.angular_velocity - self.bias;
-        let seconds = step as f64 * 1e-9;
-        let yaw_rate = (self.turned * rate).dot(&self.level[2]);
-        if let Some(axis) = Unit::try_new(rate, 1e-12) {
-            self.turned *= Rotation3::from_axis_angle(&axis, rate.norm() * seconds);
-        }
-        // The vestibular filter has its own sampling time: each of its instants gets a mean rate.
-        self.pending = (self.pending.0 + step, self.pending.1 + yaw_rate * seconds);
-        let pace = (Vestibular::DT * 1e9) as i64;
-        while self.pending.0 >= pace {
-            let share = self.pending.1 * pace as f64 / self.pending.0 as f64;
-            self.balance.feel(share / Vestibular::DT)?;
-            self.pending = (self.pending.0 - pace, self.pending.1 - share);
-        }
-        Ok(())
+        seconds
     }
 
     /// The estimated yaw, radians to the left.
     pub fn yaw(&self) -> f64 {
-        self.balance.yaw()
+        wrap_angle(self.azimuth() - self.first)
     }
 
-    /// Azimuth and elevation of a direction given in the body's frame, radians, of a head that is turned but not tilted.
+    /// Azimuth and elevation in the map of a direction given in the body's frame, radians.
     pub fn direction(&self, body: Vector3<f64>) -> (f64, f64) {
-        let turned = self.turned * body;
-        let seen = Spherical::from_cartesian(self.level.map(|axis| axis.dot(&turned)));
-        (wrap_angle(seen.azimuth - self.integrated_yaw()), seen.elevation)
+        let seen = Spherical::from_cartesian(self.in_world(body));
+        (wrap_angle(seen.azimuth - self.first), seen.elevation)
     }
 
-    /// The yaw of the integrated turn.
-    fn integrated_yaw(&self) -> f64 {
-        let now = self.turned * self.level[0];
-        self.level[1].dot(&now).atan2(self.level[0].dot(&now))
+    fn in_world(&self, body: Vector3<f64>) -> [f64; 3] {
+        rotation::apply(&rotation::matrix(self.filter.orientation()), body.into())
+    }
+
+    fn azimuth(&self) -> f64 {
+        Spherical::from_cartesian(self.in_world(self.ahead)).azimuth
     }
 }
 
@@ -205,13 +184,16 @@ mod tests {
     fn half_a_second_of_turning() {
         let recording = turning(-0.8);
         let mut posture = Posture::at_rest(&recording, Vector3::z()).unwrap();
-        recording.inertial.iter().for_each(|row| posture.feel(row).unwrap());
-        // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right; the filter lags by its prior, a little.
-        assert!((posture.integrated_yaw() + 0.4).abs() < 1e-9, "{}", posture.integrated_yaw());
-        assert!((posture.yaw() + 0.4).abs() < 0.01, "{}", posture.yaw());
-        // A point ahead of the turned head stays ahead of it, and level.
+        recording.inertial.iter().for_each(|row| {
+            posture.feel(row);
+        });
+        // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right.
+        assert!((posture.yaw() + 0.4).abs() < 1e-3, "{}", posture.yaw());
+        // What is ahead of the turned head is on the right of the map, and level; y of the body is to its left then.
         let (azimuth, elevation) = posture.direction(Vector3::z());
-        assert!(azimuth.abs() < 1e-9 && elevation.abs() < 1e-9);
+        assert!((azimuth + 0.4).abs() < 1e-3 && elevation.abs() < 1e-3, "{azimuth} {elevation}");
+        let (azimuth, _) = posture.direction(-Vector3::y());
+        assert!((azimuth - (std::f64::consts::FRAC_PI_2 - 0.4)).abs() < 1e-3, "{azimuth}");
     }
 
     #[test]

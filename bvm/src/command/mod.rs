@@ -3,6 +3,7 @@
 //! In: parsed arguments. Out: printed lines and files. Invariant: invalid input is refused before long computations
 //! begin.
 
+pub(crate) mod balance;
 pub(crate) mod calibrate;
 pub(crate) mod explore;
 pub(crate) mod listen;

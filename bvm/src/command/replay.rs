@@ -1,7 +1,7 @@
 //! `bvm replay`: builds a map from a recording.
 //!
 //! In: a folder of stereo frames and inertial readings (EuRoC). Out: the map's pictures, a strip of frames, and
-//! `replay.json`. Each frame is rectified, matched and read; the vestibular filter estimates the yaw; the cell filter
+//! `replay.json`. Each frame is rectified, matched and read; balance estimates the orientation; the cell filter
 //! predicts and estimates. Translation of the head is ignored: the map represents directions about one place.
 //! Invariant: frames are taken in order of time.
 
@@ -10,7 +10,7 @@ use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::frame::DESCRIPTION;
 use bvm::grid::{Grid, GridConfiguration};
-use bvm::map::{Heading, Map};
+use bvm::map::Map;
 use bvm::recording::{Posture, Recording};
 use bvm::report::{
     ColourMap, Panorama, TopView, Window, first_occupied_range, panorama, top_view, write_atomically,
@@ -122,7 +122,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let bar = ProgressBar::new(recording.frames.len() as u64);
     for (time, left, right) in &recording.frames {
         while let Some(row) = rows.next_if(|row| row.time <= *time) {
-            posture.feel(row)?;
+            posture.feel(row);
         }
         let pair = Pair::rectified(&raw, &image::read(left)?, &image::read(right)?)?;
         let evidence = arguments.stereo.evidence.into();
@@ -131,11 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             EvidenceKind::Hard => (pair.matched(arguments.stereo.matcher.into())?, None),
         };
         let grid = map.grid();
-        let heading = Heading { yaw: posture.yaw() };
-        let direction = |x: f64, y: f64| {
-            let (azimuth, elevation) = posture.direction(to_body * Vector3::from(rig.ray(x, y)));
-            (heading.absolute(azimuth), elevation)
-        };
+        let direction = |x: f64, y: f64| posture.direction(to_body * Vector3::from(rig.ray(x, y)));
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let pixel_readings = pixel_readings(&found, &rig, direction, cells, steps)?;

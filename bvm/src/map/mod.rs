@@ -2,11 +2,12 @@
 //!
 //! In: for each sensor, the likelihood of its reading given that a cell is empty or occupied. Out: P(O), P(V) and the
 //! entropies of every cell. Invariant: the map is fixed in the world; sensor data are placed at the exact angle of the
-//! head ([`Heading`]), so that the map is never resampled.
+//! head ([`Heading`]), so that the map is never resampled. A map in the axes of the head is moved by [`shift`].
 //!
 //! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
 
 mod heading;
+pub mod shift;
 
 pub use heading::Heading;
 
@@ -52,7 +53,7 @@ impl Map {
         let motion: Vec<f32> = (VELOCITIES.iter())
             .map(|velocity| if *velocity == [0; 3] { still } else { (1.0 - still) / (motions - 1) as f32 })
             .collect();
-        let unknown: f32 = 2f32.ln() - motion.iter().map(|p| p * p.ln()).sum::<f32>();
+        let unknown = 2f32.ln() - motion.iter().map(|p| p * p.ln()).sum::<f32>();
         let mut state = cell::observe::Answer::default();
         *state.distribution_o_mut() = vec![0.5; 2 * cells];
         *state.distribution_v_mut() = motion.iter().flat_map(|p| std::iter::repeat_n(*p, cells)).collect();
@@ -106,6 +107,58 @@ impl Map {
         let question = cell::observe(&self.space, &self.moves).motion(&self.motion);
         let before = question.previous_o(self.state.distribution_o()).previous_v(self.state.distribution_v());
         Ok(before.sensors(sensors).sensors_i_reading(readings).run_into(next)?)
+    }
+
+    /// Moves the content of the directions: what is now in direction d was in direction `from[d]`; `None`: it is unknown
+    /// ([`shift::by_columns`], [`shift::paper`]).
+    pub fn shift(&mut self, from: &[Option<usize>]) {
+        let unknown = self.unknown();
+        self.each_shell(|value, before, now| {
+            let own = |from: &Option<usize>| from.map_or(unknown[value], |from| before[from]);
+            now.iter_mut().zip(from).for_each(|(now, from)| *now = own(from));
+        });
+    }
+
+    /// Resamples the content of the directions after a rotation of the head. Velocities keep their axes.
+    pub fn resample(&mut self, resampling: &shift::Resampling) {
+        self.each_shell(|_, before, now| resampling.apply(before, now));
+        // The entropies of what was mixed; of O and V together, as the next step reads them: independent.
+        let cells = self.grid.cells();
+        let entropy_of = |distribution: &[f32], cell: usize| {
+            let term = |p: &f32| if *p > 0.0 { -p * p.ln() } else { 0.0 };
+            distribution.iter().skip(cell).step_by(cells).map(term).sum::<f32>()
+        };
+        let of_o: Vec<f32> = (0..cells).map(|cell| entropy_of(self.state.distribution_o(), cell)).collect();
+        let both = |(cell, own): (usize, &f32)| own + entropy_of(self.state.distribution_v(), cell);
+        let of_both: Vec<f32> = of_o.iter().enumerate().map(both).collect();
+        *self.state.entropy_o_mut() = of_o;
+        *self.state.entropy_o_v_mut() = of_both;
+    }
+
+    /// The numbers of an unknown cell: P(O) by value, P(V) by velocity, H(O, V), H(O).
+    fn unknown(&self) -> Vec<f32> {
+        let both = 2f32.ln() - self.motion.iter().map(|p| p * p.ln()).sum::<f32>();
+        [0.5; 2].into_iter().chain(self.motion.iter().copied()).chain([both, 2f32.ln()]).collect()
+    }
+
+    /// Rewrites each shell of each number of the state; `value` counts the numbers as [`Map::unknown`] does.
+    fn each_shell(&mut self, mut rewrite: impl FnMut(usize, &[f32], &mut [f32])) {
+        let (directions, cells) = (self.grid.directions(), self.grid.cells());
+        let mut value = 0;
+        let mut before = vec![0.0; directions];
+        let mut numbers = |array: &mut Vec<f32>| {
+            for plane in array.chunks_exact_mut(cells) {
+                for shell in plane.chunks_exact_mut(directions) {
+                    before.copy_from_slice(shell);
+                    rewrite(value, &before, shell);
+                }
+                value += 1;
+            }
+        };
+        numbers(self.state.distribution_o_mut());
+        numbers(self.state.distribution_v_mut());
+        numbers(self.state.entropy_o_v_mut());
+        numbers(self.state.entropy_o_mut());
     }
 
     /// The grid.

@@ -1,7 +1,30 @@
-//! Balance: the estimated yaw (`models/vestibular.bp`, as the compiler's closed-form filter).
+//! Balance: how the head moves.
 //!
-//! In: the reading of the canal or of a gyroscope at each instant. Out: the estimated yaw, positive to the left.
-//! Invariant: the filter is that of the program; this file only selects one of two sets of parameters.
+//! In: the reading of the canal or of a gyroscope at each instant ([`Vestibular`], yaw alone: `models/vestibular.bp`, as the
+//! compiler's closed-form filter), or the rows of an inertial sensor ([`Stream`], orientation: `models/inertial.bp` and
+//! `models/rest.bp`). Out: the estimated motion, with deviations. Invariant: the probabilities are those of the programs; units,
+//! clocks and faults of sensors are measurement.
+
+mod clock;
+pub mod columns;
+mod consistency;
+mod error;
+mod faults;
+pub mod human;
+pub mod inertial;
+mod mistakes;
+mod noise;
+pub mod reader;
+mod rest;
+pub mod rotation;
+mod stream;
+mod table;
+
+pub use consistency::Verdict;
+pub use error::BalanceError;
+pub use noise::Noise;
+pub use stream::{Events, Fault, Instant, Profile, Settings, Stream};
+pub use table::Table;
 
 use crate::error::Error;
 use crate::programs::vestibular::{self, heading};

@@ -2,6 +2,7 @@
 //!
 //! In: arguments and files. Out: its output, its exit status, and the files that it leaves.
 
+mod balance;
 mod general;
 mod hearing;
 mod inputs;
