@@ -16,6 +16,7 @@ use bvm::vestibular::{
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 /// Estimate the orientation of a head from an inertial sensor.
@@ -83,7 +84,7 @@ pub(crate) struct Arguments {
     /// Output table (CSV).
     #[arg(long, value_name = "FILE", default_value = "orientation.csv")]
     out: PathBuf,
-    /// Draw roll, pitch and heading (PNG).
+    /// Draw the vertical and the heading (PNG).
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Print the summary as JSON.
@@ -254,8 +255,10 @@ struct Tally {
     rest: u64,
     first_ns: i64,
     last: Option<Instant>,
-    /// Time in s, roll, pitch, heading in degrees.
-    points: Vec<[f64; 4]>,
+    /// Time in s, the vertical in the sensor's axes, the heading in turns.
+    points: Vec<[f64; 5]>,
+    /// The last heading, rad, and the whole turns so far.
+    heading: (f64, f64),
     every: u64,
 }
 
@@ -273,12 +276,14 @@ impl Tally {
             *self.events.entry(name).or_default() += 1;
         }
         self.last = Some(*instant);
+        let m = rotation::matrix(instant.estimate.orientation);
+        let heading = m[1][0].atan2(m[0][0]);
+        let turns = ((self.heading.0 - heading) / TAU).round();
+        self.heading = (heading, self.heading.1 + turns);
         if self.rows % self.every == 0 {
             let time = (instant.time - self.first_ns) as f64 * 1e-9;
-            let m = rotation::matrix(instant.estimate.orientation);
-            let [roll, pitch] = [m[2][1].atan2(m[2][2]), (-m[2][0]).clamp(-1.0, 1.0).asin()];
-            let heading = m[1][0].atan2(m[0][0]);
-            self.points.push([time, roll.to_degrees(), pitch.to_degrees(), heading.to_degrees()]);
+            let [x, y, z] = m[2];
+            self.points.push([time, x, y, z, heading / TAU + self.heading.1]);
             if self.points.len() == MOST_POINTS {
                 let mut at = 0;
                 self.points.retain(|_| {
@@ -292,19 +297,21 @@ impl Tally {
 
     fn picture(&self, file: &std::path::Path) -> bvm::report::Picture {
         let end = self.points.iter().map(|point| point[0]).fold(1e-3, f64::max);
-        let curve = |name: &str, at: usize| {
-            // A jump from 180° to −180° is no motion: the curve is not drawn there.
-            let mut last = None::<f64>;
-            let point = |point: &[f64; 4]| {
-                let jumps = last.is_some_and(|last| (last - point[at]).abs() > 180.0);
-                last = Some(point[at]);
-                (point[0], if jumps { f64::NAN } else { point[at] })
-            };
-            Line { name: name.to_owned(), points: self.points.iter().map(point).collect() }
+        let headings = self.points.iter().map(|point| point[4]);
+        let [low, high] =
+            headings.fold([-1.05, 1.05], |[low, high], turns| [turns.min(low), turns.max(high)]);
+        let curve = |name: &str, at: usize| Line {
+            name: name.to_owned(),
+            points: self.points.iter().map(|point| (point[0], point[at])).collect(),
         };
-        let curves = [curve("roll", 1), curve("pitch", 2), curve("heading", 3)];
+        let curves = [
+            curve("up, along x", 1),
+            curve("up, along y", 2),
+            curve("up, along z", 3),
+            curve("heading (turns)", 4),
+        ];
         let title = format!("Orientation, {}", file.file_name().unwrap_or_default().to_string_lossy());
-        lines(&title, ["time (s)", "angle (degrees)"], [[0.0, end], [-180.0, 180.0]], &curves)
+        lines(&title, ["time (s)", "the vertical in the sensor's axes"], [[0.0, end], [low, high]], &curves)
     }
 }
 
@@ -360,7 +367,7 @@ fn tell(arguments: &Arguments, it: &Summary, units: Units) {
     print(&format!("accelerometer {}", it.accelerometer));
     match it.k {
         Some(k) => print(&format!("axes          k = {k:.3} in da/dt = -k w x a, expected 1")),
-        None => print("axes          not checked: the sensor did not tilt enough"),
+        None => print("axes          not checked: tilts explain too little of the accelerometer's readings"),
     }
     for (name, count) in &it.events {
         print(&format!("event         {name}: {count} rows"));

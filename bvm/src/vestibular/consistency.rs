@@ -9,7 +9,7 @@
 //! seen.)
 
 use super::mistakes::{axes_of, clockwise, of_period, of_scale, of_size};
-use super::rotation::{Vector, cross, dot};
+use super::rotation::{self, Vector, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
 /// Length of a stretch, s.
@@ -54,10 +54,12 @@ struct Stuck {
     rate: Vector,
     row: u64,
     time: f64,
-    /// The first direction of gravity since then.
-    force: Option<Vector>,
-    /// The row, and the angle by which gravity turned, rad.
+    /// The first direction of gravity since then, and the time until then.
+    force: Option<(Vector, f64)>,
+    /// The row, and the angle between gravity and what the rate predicts, rad.
     found: Option<(u64, f64)>,
+    /// The rate then.
+    stood: Vector,
 }
 
 impl Default for Consistency {
@@ -79,14 +81,20 @@ impl Default for Consistency {
 }
 
 impl Stuck {
-    /// Compares the direction of gravity with that of the first stretch with the same rate.
+    /// Compares the direction of gravity with that which the constant rate predicts from the first stretch on.
     fn look(&mut self, force: Vector) {
-        let first = *self.force.get_or_insert(force);
-        let about = cross(first, force);
-        let angle = dot(about, about).sqrt().atan2(dot(first, force));
-        let turned = dot(self.rate, self.rate).sqrt() * self.time;
-        if self.time > 0.5 && angle > 0.35 && turned < 0.3 * angle && self.found.is_none() {
+        let Some((first, since)) = self.force else {
+            self.force = Some((force, self.time));
+            return;
+        };
+        let time = self.time - since;
+        let back = rotation::matrix(rotation::from_vector(self.rate.map(|rate| -time * rate)));
+        let expected = rotation::apply(&back, first);
+        let about = cross(expected, force);
+        let angle = dot(about, about).sqrt().atan2(dot(expected, force));
+        if time > 0.5 && angle > 0.35 && self.found.is_none() {
             self.found = Some((self.row, angle));
+            self.stood = self.rate;
         }
     }
 }
@@ -106,7 +114,8 @@ impl Consistency {
         if rate == self.stuck.rate && self.stuck.row > 0 {
             self.stuck.time += dt;
         } else {
-            self.stuck = Stuck { rate, row, found: self.stuck.found, ..Stuck::default() };
+            let Stuck { found, stood, .. } = self.stuck;
+            self.stuck = Stuck { rate, row, found, stood, ..Stuck::default() };
         }
         self.sizes.add(dot(force, force).sqrt());
         self.fastest = rate.iter().fold(self.fastest, |most, rate| most.max(rate.abs()));
@@ -179,23 +188,28 @@ impl Consistency {
 
     /// The mistakes.
     pub(super) fn verdict(&self, stated: [bool; 3]) -> Verdict {
+        let mut verdict = self.units_and_axes(stated);
+        // Wrong units, too, contradict gravity: they are the better reason.
+        if let (Some((row, angle)), true) = (self.stuck.found, verdict.mistakes.is_empty()) {
+            let [x, y, z] = self.stuck.stood;
+            verdict.mistakes.push(format!(
+                "from row {row} on the gyroscope always gives {x}, {y}, {z} rad/s, while gravity turns otherwise, by {:.0} deg: it is \
+                 dead, or not connected",
+                angle.to_degrees()
+            ));
+        }
+        verdict
+    }
+
+    fn units_and_axes(&self, stated: [bool; 3]) -> Verdict {
         let mut verdict = Verdict::default();
         let period = self.periods.median();
-        if let Some(period) = period.filter(|period| !(4e-5..=1.0).contains(period)) {
+        if let Some(period) = period.filter(|period| !(4e-5..=0.3).contains(period)) {
             verdict.mistakes.push(of_period(period));
             return verdict;
         }
         if let Some(size) = self.sizes.median() {
             verdict.mistakes.extend(of_size(size, stated[2]));
-        }
-        if let Some((row, angle)) = self.stuck.found {
-            let [x, y, z] = self.stuck.rate;
-            verdict.mistakes.push(format!(
-                "from row {row} on the gyroscope always gives {x}, {y}, {z}, while gravity turned by {:.0} deg: it is dead, or not \
-                 connected",
-                angle.to_degrees()
-            ));
-            return verdict;
         }
         let mut candidates: Vec<(usize, [[f64; 3]; 3])> = signed_permutations();
         candidates.sort_by_key(|(cost, _)| *cost);
@@ -283,7 +297,6 @@ impl Sizes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vestibular::rotation;
 
     /// Turns about all axes, at 100 Hz: what a sensor measures, changed by `mistake`.
     fn verdict(mistake: impl Fn(Vector, Vector) -> (Vector, Vector), dt: f64) -> Verdict {

@@ -175,8 +175,7 @@ impl<R: BufRead> Reader<R> {
         }
         let [time, rate, acceleration] = self.units.units;
         let stamp = cells[self.columns.time.place];
-        let time =
-            nanoseconds(stamp, time).ok_or_else(|| format!("`{stamp}` is not a stamp in {}", time.name))?;
+        let time = nanoseconds(stamp, time).ok_or_else(|| not_a_stamp(stamp, time))?;
         let three = |columns: &[super::columns::Column; 3], size: f64, axes: Option<Axes>| {
             let mut values = [0.0; 3];
             for (value, column) in values.iter_mut().zip(columns) {
@@ -261,6 +260,22 @@ fn nanoseconds(text: &str, unit: Unit) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
+/// Why a stamp is none: a number that is too large for its unit suits another one.
+fn not_a_stamp(text: &str, unit: Unit) -> String {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+    let suits = |number: f64| TIMES.into_iter().find(|unit| number.abs() * unit.size < 9e9);
+    match number.and_then(suits) {
+        Some(other) if other.size < unit.size => format!(
+            "`{text}` is beyond all stamps in {}; in {} it is a time of our days, a factor of {:e}: --time-unit {}",
+            unit.name,
+            other.name,
+            other.size / unit.size,
+            other.name
+        ),
+        _ => format!("`{text}` is not a stamp in {}", unit.name),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,6 +335,10 @@ mod tests {
             ("0,0,0,0,0,0,9.8\n", "there is no header"),
             ("t,gx,gy,gz,ax,ay,az\n0,0,0\n", "row 2: 3 cells, expected 7"),
             ("t,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,1\nx,0,0,0,0,0,1\n", "row 3: `x` is not a stamp in s"),
+            (
+                "t,gx,gy,gz,ax,ay,az\n1403636579743555584,0,0,0,0,0,1\n",
+                "row 2: `1403636579743555584` is beyond all stamps in s; in ns it is a time of our days, a factor of 1e-9",
+            ),
             ("t,gx,gy,gz,ax,ay,az\n0,0,0,0,0,y,1\n", "row 2: column 6: `y` is not a number"),
         ] {
             let message = rows(text, Format::default()).unwrap_err().to_string();

@@ -234,25 +234,33 @@ impl Stream {
         if let Some(force) = row.force {
             stretch = self.push(force, &mut events);
         }
-        if let (Some(rate), Some(force)) = (row.rate, row.force)
-            && !events.clipped_rate
-            && !events.clipped_force
-        {
-            self.consistency.add(row.number, rate, force, stretch);
-        }
-        if let (Some(rate), Some(force), true) = (row.rate, row.force, stretch > 0.0) {
-            let bias = self.filter.bias();
-            let seen = std::array::from_fn(|axis| rate[axis] - bias[axis]);
-            let densities = [self.settings.noise.gyroscope, self.settings.noise.accelerometer];
-            events.rest = self.rest.feel(seen, force, self.filter.bias_deviations(), densities, stretch)?
-                && !events.clipped_rate;
-            if events.rest {
-                self.filter.still(rate, stretch);
+        // The sensors may have rows of their own: the last reading of the gyroscope holds.
+        if let (Some(rate), Some(force)) = (row.rate.or(self.last_rate), row.force) {
+            if self.clipped_s > 0.0 || events.clipped_force {
+                self.consistency.forget();
+            } else {
+                self.consistency.add(row.number, rate, force, stretch);
+                events.rest = self.rests(rate, force, stretch)?;
             }
         }
         let estimate =
             self.person.as_ref().map_or_else(|| self.filter.estimate(), |person| person.human.estimate());
         Ok(Instant { number: row.number, time: row.time, estimate, events })
+    }
+
+    /// At rest, the reading of the gyroscope is its bias.
+    fn rests(&mut self, rate: Vector, force: Vector, seconds: f64) -> Result<bool, Error> {
+        if seconds <= 0.0 {
+            return Ok(false);
+        }
+        let bias = self.filter.bias();
+        let seen = std::array::from_fn(|axis| rate[axis] - bias[axis]);
+        let densities = [self.settings.noise.gyroscope, self.settings.noise.accelerometer];
+        let rests = self.rest.feel(seen, force, self.filter.bias_deviations(), densities, seconds)?;
+        if rests {
+            self.filter.still(rate, seconds);
+        }
+        Ok(rests)
     }
 
     /// A person starts at rest, with the first force; what was not measured for long is not felt.

@@ -31,7 +31,7 @@ fn the_inertial_filter_is_its_program() {
     let up = first.map(|cell: f64| cell * GRAVITY / length);
     let program = Program::parse(inertial::SOURCE).unwrap().by("extended_kalman").unwrap();
     let program = program.with("up", up.to_vec()).unwrap();
-    let question = "P(G V B Turn | Gyroscope Accelerometer Still Weight)";
+    let question = "P(G V B Turn | Gyroscope Accelerometer Small Still Weight)";
     let mut filter = program.filter(question).unwrap();
     let mut own = Inertial::new(Noise::default(), 0.0);
     own.start(first);
@@ -43,7 +43,8 @@ fn the_inertial_filter_is_its_program() {
         let still = step % 7 == 3;
         own.turn(rate, 0.0, dt);
         own.push(force, dt);
-        let mut seen = evidence! { Gyroscope: rate.to_vec(), Accelerometer: force.to_vec() };
+        let mut seen =
+            evidence! { Gyroscope: rate.to_vec(), Accelerometer: force.to_vec(), Small: vec![0.0; 3] };
         if still {
             own.still([0.012, -0.004, 0.003], dt);
             seen.set("Still", vec![0.012, -0.004, 0.003]);
