@@ -13,6 +13,7 @@ pub use score::Score;
 
 use crate::audition::Hearing;
 use crate::error::Error;
+use crate::frame::wrap_angle;
 use crate::grid::{Grid, GridConfiguration};
 use crate::map::{Heading, Map};
 use crate::vestibular::{Balance, Vestibular};
@@ -133,9 +134,9 @@ pub fn explore(
         let likelihoods: Vec<_> = std::iter::once(&seen).chain(&heard).collect();
         map.observe(&likelihoods)?;
         history.push(Step {
-            gaze,
-            true_yaw,
-            estimated_yaw: heading.yaw,
+            gaze: Gaze { azimuth: wrap_angle(gaze.azimuth), ..gaze },
+            true_yaw: wrap_angle(true_yaw),
+            estimated_yaw: wrap_angle(heading.yaw),
             heard: heard.is_some(),
             readings: readings.iter().flatten().count(),
             entropy: sum(map.entropy()),

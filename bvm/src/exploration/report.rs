@@ -5,6 +5,7 @@
 
 use super::{Episode, Rule, Score, Step};
 use crate::error::Error;
+use crate::frame::wrap_angle;
 use crate::report::{
     ColourMap, Panorama, Picture, Series, TopView, Window, entropy_curves, first_occupied_range, mean,
     panorama, top_view, write_atomically,
@@ -62,7 +63,7 @@ impl Report {
             };
             let (last, area) = share(&|step| step.entropy, episode.initial[0]);
             let (last_occupancy, area_occupancy) = share(&|step| step.occupancy_entropy, episode.initial[1]);
-            let error = |step: &Step| (step.true_yaw - step.estimated_yaw).abs().to_degrees();
+            let error = |step: &Step| wrap_angle(step.true_yaw - step.estimated_yaw).abs().to_degrees();
             RuleReport {
                 rule: episode.rule,
                 initial_entropy: episode.initial[0],
@@ -172,7 +173,7 @@ fn pictures(world: &World, episode: &Episode) -> Result<Vec<(&'static str, Pictu
     let path: Vec<(f64, f64)> = episode
         .steps
         .iter()
-        .map(|step| (crate::frame::wrap_angle(step.gaze.azimuth), step.gaze.elevation))
+        .map(|step| (step.gaze.azimuth, step.gaze.elevation))
         .collect();
     let draw = |title: &str, quantity: &str, values: &[f64], colours, limits, gaze_path: &[(f64, f64)]| {
         panorama(

@@ -227,6 +227,9 @@ fn an_exploration_looks_in_the_reported_directions() {
             let angle = |value: &Value| value.as_f64().unwrap();
             let off = angle(&step["true_yaw"]) - angle(&step["gaze"]["azimuth"]);
             assert!(off.sin().abs() < 0.02 && off.cos() > 0.0, "{step}");
+            let is_wrapped = |angle: f64| angle > -PI && angle <= PI;
+            let angles = [&step["true_yaw"], &step["estimated_yaw"], &step["gaze"]["azimuth"]];
+            assert!(angles.map(angle).into_iter().all(is_wrapped), "{step}");
         }
     }
 }
