@@ -5,6 +5,7 @@
 //! have a positive azimuth and a positive y, and are left in the pictures; a turn to the left has a positive yaw.
 
 use serde_json::Value;
+use std::f64::consts::PI;
 use std::path::Path;
 use std::process::Command;
 use tempfile::TempDir;
