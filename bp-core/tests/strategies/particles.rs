@@ -241,3 +241,28 @@ fn a_real_has_a_form_of_its_own_at_the_first_instant() {
     near(of(&[5.0]), [4.6, 0.8f64.sqrt()]);
     near(of(&[5.0, 1.0]), [2.3 - 1.3 * 1.2 / 2.2, (1.2 / 2.2f64).sqrt()]);
 }
+
+/// A constant of which few draws are left has no standard error; with its posterior as broad as its prior it has one.
+#[test]
+fn a_constant_over_time_is_refused_where_its_draws_run_out() {
+    let program = |deviation: f64| {
+        model_of(&format!(
+            "program Constant over t in Time {{ variables {{ M, Y : real; }} decomposition {{ P(M^-1) P(M | M^-1) P(Y | M) }}
+             forms {{ P(M^-1) = uniform(-1, 1); P(M | M^-1) = dirac(M^-1); P(Y | M) = student_t(5, M, {deviation}); }} }}"
+        ))
+    };
+    let ask = |model: &Model, count: usize| {
+        let rows: Vec<Vec<(String, f64)>> =
+            (0..count).map(|t| vec![("Y".to_owned(), 0.2 + if t % 2 == 0 { 0.01 } else { -0.01 })]).collect();
+        ask_over_time(
+            model,
+            &question(model, "filter P(M | Y)"),
+            &rows,
+            &Inputs::new(),
+            Sampling { particles: 1000, seed: 1 },
+        )
+    };
+    let error = ask(&program(0.02), 200).unwrap_err().to_string();
+    assert!(error.contains("`M` is constant over time") && error.contains("--rows"), "{error}");
+    assert!(ask(&program(50.0), 20).is_ok());
+}

@@ -170,11 +170,8 @@ fn curves(
 
 fn pictures(world: &World, episode: &Episode) -> Result<Vec<(&'static str, Picture)>, Error> {
     let grid = episode.map.grid();
-    let path: Vec<(f64, f64)> = episode
-        .steps
-        .iter()
-        .map(|step| (step.gaze.azimuth, step.gaze.elevation))
-        .collect();
+    let path: Vec<(f64, f64)> =
+        episode.steps.iter().map(|step| (step.gaze.azimuth, step.gaze.elevation)).collect();
     let draw = |title: &str, quantity: &str, values: &[f64], colours, limits, gaze_path: &[(f64, f64)]| {
         panorama(
             grid,

@@ -212,3 +212,22 @@ fn over_a_plate_values_are_values_and_the_impossible_is_counted() {
         compiled.ask(&inputs).unwrap()[0].answer.iter().map(|row| row.p().unwrap()).collect();
     assert_eq!(found.iter().filter(|p| **p == 1.0).count(), 3, "{found:?}");
 }
+
+bayesian_program! {
+    program Unrelated {
+        variables { Delta : 0..=2; Zeta : { Near } or 5..=6; }
+        decomposition { P(Delta) P(Zeta) }
+        forms { P(Delta) = weights(1 + Delta); P(Zeta) = uniform; }
+        question open { P(Delta | Zeta = z) }
+    }
+}
+
+#[test]
+fn a_value_on_which_the_answer_does_not_depend_is_taken_and_checked() {
+    for z in [unrelated::Zeta::Near, unrelated::Zeta::Number(6)] {
+        assert!((unrelated::open().z(z).ask().unwrap().p(2) - 0.5).abs() < 1e-15);
+    }
+    let error = unrelated::open().z(9).ask().unwrap_err().to_string();
+    assert!(error.contains("`z`: 9 is not a value of `Zeta`"), "{error}");
+    assert!(unrelated::open().ask().unwrap_err().to_string().contains("`z`"));
+}

@@ -7,7 +7,7 @@ use bp_macros::bayesian_program;
 // The keywords of every edition, and words of the prelude and of the emitted code itself.
 bayesian_program! {
     program crate {
-        parameters { self : probability = 0.25; Self : probability = 0.5; T : real = 1; }
+        parameters { self : probability = 0.25; Self : probability = 0.5; T : real = 1; number : real = 1; }
         variables { super, async, gen, dyn, union, Vec, Some, inputs, outputs, l, e0, m1 : bool; }
         decomposition {
             P(super) P(async) P(gen) P(dyn) P(union) P(Vec) P(Some) P(inputs) P(outputs) P(l) P(e0)
@@ -16,7 +16,7 @@ bayesian_program! {
         forms {
             P(super) = bernoulli(self); P(async) = bernoulli(Self); P(gen) = uniform; P(dyn) = uniform; P(union) = uniform;
             P(Vec) = uniform; P(Some) = uniform; P(inputs) = uniform; P(outputs) = uniform; P(l) = uniform; P(e0) = uniform;
-            P(m1 | super async gen dyn union Vec Some inputs outputs l e0) = bernoulli(if super { T / 2 } else { 0 });
+            P(m1 | super async gen dyn union Vec Some inputs outputs l e0) = bernoulli(if super { number * T / 2 } else { 0 });
         }
         question run { P(super | m1 = crate) }
         question Inputs { P(async gen dyn union | Vec = fn, Some = type, inputs = where, outputs = move) }

@@ -23,7 +23,12 @@ pub(super) fn input(kernel: &Kernel, id: BufferId) -> Vec<String> {
     if buffer.axes.is_empty() {
         return vec![format!("{what}.")];
     }
-    let mut lines = vec![format!("{what}."), shape(kernel, &buffer.axes)];
+    let shape = match buffer.axes.as_slice() {
+        // The axis of an array alone has the name of the array.
+        [only] if kernel.axes[*only].name == buffer.name => format!("{} numbers.", length(kernel, &[*only])),
+        axes => shape(kernel, axes),
+    };
+    let mut lines = vec![format!("{what}."), shape];
     if matches!(buffer.role, Role::Input { broadcast: true, .. }) && !kernel.parallel.is_empty() {
         let own: Vec<AxisId> =
             buffer.axes.iter().copied().filter(|axis| !kernel.parallel.contains(axis)).collect();

@@ -5,6 +5,7 @@
 //! default are optional; any other missing input is an error that names it; nothing allocates before the answer.
 
 use super::interface::{Given, Interface, SizeField, SizeOf};
+use super::names::Names;
 use super::text::Text;
 use super::value::constant;
 use super::values::Enums;
@@ -224,7 +225,12 @@ impl Interface<'_> {
         text.open("pub struct Question<'a, T>");
         spaces.iter().for_each(|(name, kind)| text.line(format!("{name}: {kind},")));
         setters.iter().for_each(|own| text.line(format!("{}: Option<{}>,", own.field, own.kind)));
-        text.line("number: ::core::marker::PhantomData<&'a T>,");
+        // The field that binds the number type has a name that no input has.
+        let mut names = Names::default();
+        spaces.iter().for_each(|(name, _)| drop(names.unique(name)));
+        setters.iter().for_each(|own| drop(names.unique(own.field)));
+        let bound = names.unique("number");
+        text.line(format!("{bound}: ::core::marker::PhantomData<&'a T>,"));
         text.close();
         text.open("impl<'a, T: Scalar> Question<'a, T>");
         let arguments: Vec<String> = spaces.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
@@ -235,7 +241,7 @@ impl Interface<'_> {
             Some(default) => format!("{}: Some({default}), ", own.field),
             None => format!("{}: None, ", own.field),
         }));
-        text.line(format!("Self {{ {}number: ::core::marker::PhantomData }}", started.collect::<String>()));
+        text.line(format!("Self {{ {}{bound}: ::core::marker::PhantomData }}", started.collect::<String>()));
         text.close();
         for Setter { field, documentation, kind, taken, default, .. } in setters {
             let default = default.as_ref().map(|default| format!("By default `{default}`."));

@@ -6,7 +6,7 @@
 use super::Lowering;
 use crate::ids::{AxisId, BufferId, VariableId};
 use crate::kernel::{Extent, GridAxis, InputKey, Numbers, SizeKey, Values};
-use crate::model::{Domain, SetKind};
+use crate::model::{Domain, Finding, SetKind, Value};
 
 /// Upper limit on the labels that a message lists with their numbers.
 const MOST_LABELS: usize = 12;
@@ -16,6 +16,20 @@ impl Lowering<'_> {
     pub(super) fn given_buffer(&mut self, variable: VariableId, name: &str, axes: &[AxisId]) -> BufferId {
         let values = self.values_of(variable);
         self.builder.given(name, InputKey::Value(variable, name.to_owned()), values, axes)
+    }
+
+    /// Makes inputs for the values that the question leaves open and on which the answer does not depend: the host gives them
+    /// by name all the same, and values outside of their domains are refused.
+    pub(super) fn take_all(&mut self) {
+        for known in &self.exact.asks[0].known {
+            let Finding::Hard(Value::Given(name)) = &known.evidence else { continue };
+            let is_taken =
+                self.builder.so_far().input(&InputKey::Value(known.variable, name.clone())).is_some();
+            if !is_taken && self.model.variables[known.variable].family.is_none() {
+                let axes = self.plate.clone();
+                self.given_buffer(known.variable, name, &axes);
+            }
+        }
     }
 
     /// The numbers that are values of a variable.

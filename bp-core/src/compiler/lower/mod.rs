@@ -60,7 +60,7 @@ pub fn lower_guarded(model: &Model, exact: &Exact, name: &str) -> Result<Lowered
 /// As [`lower`].
 pub fn lower_printed(model: &Model, exact: &Exact, name: &str) -> Result<Lowered, Error> {
     let multiplies = exact.is_multiplied(model);
-    lowered(Lowering { multiplies, ..Lowering::new(model, exact, name) })
+    lowered(Lowering { multiplies, takes_all: true, ..Lowering::new(model, exact, name) })
 }
 
 /// Lowers one instant of a filter, as [`lower_printed`], or, `guarded`, as [`lower_guarded`].
@@ -78,6 +78,9 @@ pub fn lower_instant(step: &Step, exact: &Exact, name: &str, guarded: bool) -> R
 
 fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
     let outputs = lowering.read_out()?;
+    if lowering.takes_all {
+        lowering.take_all();
+    }
     let kernel = share_between_neighbours(without_copies(lowering.finish()));
     Ok(Lowered { kernel: if cfg!(debug_assertions) { kernel.validated() } else { kernel }, outputs })
 }
@@ -118,6 +121,8 @@ struct Lowering<'m> {
     guarded: bool,
     /// Whether the kernel is run again with separate exponents where numbers underflow: it needs no logarithms then.
     runs_anew: bool,
+    /// Whether every value that the question leaves open is an input, also where the answer does not depend on it.
+    takes_all: bool,
     /// Whether the joint is multiplied without logarithms, because it is computed again where its total is too small.
     multiplies: bool,
     /// Whether it is one instant of a filter, where `flat` stands for an observation that is absent.
@@ -148,6 +153,7 @@ impl<'m> Lowering<'m> {
             named: 0,
             guarded: false,
             runs_anew: false,
+            takes_all: false,
             multiplies: false,
             is_step: false,
             maximises: false,
@@ -188,9 +194,13 @@ impl<'m> Lowering<'m> {
             None => self.values(&name, &declared.domain),
             Some(count) => {
                 let count = count.expect("internal: a family of unknown length is not run through");
-                let parts: Vec<_> = (0..count)
-                    .map(|element| self.values(&format!("{name}[{element}]"), &declared.domain))
-                    .collect();
+                let first = match declared.family.map(|family| family.over) {
+                    Some(IndexSpace::Range(range)) => range.low,
+                    _ => 0,
+                };
+                let element = |at: usize| self.model.element_name(variable, first + at as i64);
+                let names: Vec<String> = (0..count).map(element).collect();
+                let parts: Vec<_> = names.iter().map(|name| self.values(name, &declared.domain)).collect();
                 let axes = parts.iter().flat_map(|(_, axes)| axes.clone()).collect();
                 (Meaning::Family(parts.into_iter().map(|(meaning, _)| meaning).collect()), axes)
             }

@@ -115,6 +115,7 @@ impl<'m> Follower<'m> {
                     let draws = cloud.particles.len();
                     return Err(unmet(&self.setting, &self.route, number, &instant, draws));
                 }
+                moves.check_constants(&next, self.route.ask())?;
                 *cloud = next;
                 self.ln_evidence = cloud.ln_evidence;
                 cloud_of(cloud, kept, linear)

@@ -188,6 +188,7 @@ pub fn answer(
             }
             let moves = Moves::new(setting, route.ask(), &route.carried, linear, sampling)?;
             let mut cloud = moves.follow(&all, &mut |_| {})?.map_err(unmet)?;
+            moves.check_constants(&cloud, route.ask())?;
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
             let law = follow::cloud_of(&mut cloud, &kept, &linear);
@@ -219,6 +220,7 @@ fn by_paths(
     let moves = Moves::new(setting, route.ask(), &route.carried, &[], sampling)?;
     let mut paths = Paths::new(setting.slots());
     let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
+    moves.check_constants(&cloud, route.ask())?;
     let laws: Vec<InstantLaw> = match route.ask().when {
         When::Sequence => moves.most_probable(&paths, slots)?.into_iter().map(InstantLaw::Values).collect(),
         _ => {

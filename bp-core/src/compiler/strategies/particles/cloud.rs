@@ -21,6 +21,8 @@ pub(crate) struct Cloud {
     /// The origin of each particle; those that replace them when few are left.
     pub(crate) origins: Vec<u32>,
     successors: Vec<u32>,
+    /// Whether later values depend less and less on earlier ones; a constant is never forgotten.
+    forgets: bool,
     /// For each particle, the one of the instant before that it continues.
     pub(crate) parents: Vec<u32>,
     /// ln P(observations)
@@ -39,11 +41,26 @@ fn numbered(count: usize) -> Vec<u32> {
 
 impl Cloud {
     /// Particles before the first instant, with the ln of their weights.
-    pub(super) fn new(particles: Vec<Particle>, ln_weights: Vec<f64>, ln_ahead: Vec<f64>) -> Self {
+    pub(super) fn new(
+        particles: Vec<Particle>,
+        ln_weights: Vec<f64>,
+        ln_ahead: Vec<f64>,
+        forgets: bool,
+    ) -> Self {
         let own = || numbered(particles.len());
         let (origins, successors, parents) = (own(), own(), own());
         let (ln_evidence, effective) = (0.0, Vec::new());
-        Self { ln_weights, ln_ahead, origins, successors, parents, ln_evidence, effective, particles }
+        Self {
+            ln_weights,
+            ln_ahead,
+            origins,
+            successors,
+            forgets,
+            parents,
+            ln_evidence,
+            effective,
+            particles,
+        }
     }
 
     /// The ln of the weights with what is expected of later observations.
@@ -63,6 +80,11 @@ impl Cloud {
         let total = ln_sum(&chances);
         self.effective.push(1.0 / chances.iter().map(|ln| (2.0 * (ln - total)).exp()).sum::<f64>());
         true
+    }
+
+    /// The effective number of particles before the first instant that the present ones continue.
+    pub(super) fn values_left(&self) -> f64 {
+        effective_number(&self.origins)
     }
 
     /// Systematic resampling: copies of each in proportion to its chances, from one uniform number.
@@ -88,7 +110,7 @@ impl Cloud {
         self.ln_ahead = chosen.iter().map(|own| self.ln_ahead[*own]).collect();
         self.ln_weights = self.ln_ahead.iter().map(|ahead| total - (count as f64).ln() - ahead).collect();
         self.particles = chosen.into_iter().map(|own| self.particles[own].clone()).collect();
-        if effective_number(&self.origins) < FEW_ORIGINS {
+        if self.forgets && effective_number(&self.origins) < FEW_ORIGINS {
             self.origins = std::mem::replace(&mut self.successors, numbered(count));
         }
     }

@@ -11,6 +11,7 @@
 //! and their observations weigh by N(z; m, S) (Rao-Blackwell: Doucet et al. 2000).
 
 mod cloud;
+mod constants;
 mod finite;
 mod guide;
 mod lead;
@@ -70,6 +71,8 @@ pub(crate) struct Moves<'s> {
     finite: Vec<(usize, usize)>,
     /// Whether others than finite slots are drawn.
     reals: bool,
+    /// A real that is drawn once, before the first instant.
+    constant: Option<VariableId>,
 }
 
 /// A guided particle is worth many: of a large number, so many are followed at least.
@@ -128,6 +131,7 @@ impl<'s> Moves<'s> {
             reals,
             linear: is_linear,
             dirac: linear.iter().any(is_dirac),
+            constant: constants::constant(model, carried, linear),
         })
     }
 
@@ -250,7 +254,8 @@ impl<'s> Moves<'s> {
         let begun: Vec<(Particle, f64, f64)> =
             (0..count).into_par_iter().map(begin).collect::<Result<_, Error>>()?;
         let (weights, ahead) = begun.iter().map(|(_, weight, ahead)| (*weight, *ahead)).unzip();
-        Ok(Cloud::new(begun.into_iter().map(|(particle, ..)| particle).collect(), weights, ahead))
+        let particles = begun.into_iter().map(|(particle, ..)| particle).collect();
+        Ok(Cloud::new(particles, weights, ahead, self.constant.is_none()))
     }
 
     /// Follows one more instant; `false` where no particle agrees with its observations.

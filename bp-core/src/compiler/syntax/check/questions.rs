@@ -101,18 +101,30 @@ impl Reader<'_> {
                 {
                     last.help = units::behind_number(&occurrence.name.text).or(last.help.take());
                 }
-                number = matches!(
-                    &item.evidence,
-                    Some(ast::Finding::Hard(value)) if matches!(value.kind, ValueKind::Number(..))
-                );
+                number = matches!(item.subject, Subject::Term(_))
+                    || matches!(
+                        &item.evidence,
+                        Some(ast::Finding::Hard(value)) if matches!(value.kind, ValueKind::Number(..))
+                    );
             }
             known
         };
         let items = &written.distribution.searched;
         let (mut statistic, when) = words::read(written, wrong);
         let whole = statistic == Statistic::Distribution;
-        let searched: Vec<Searched> =
-            items.iter().filter_map(|item| self.searched(item, whole, wrong)).collect();
+        let mut searched: Vec<Searched> = Vec::with_capacity(items.len());
+        let mut number = false;
+        for item in items {
+            let before = wrong.0.len();
+            searched.extend(self.searched(item, whole, wrong));
+            // `M > 3 cm`: as above.
+            if let (Subject::Variable(occurrence), true, Some(last)) =
+                (&item.subject, number && wrong.0.len() > before, wrong.0.last_mut())
+            {
+                last.help = units::behind_number(&occurrence.name.text).or(last.help.take());
+            }
+            number = matches!(item.subject, Subject::Term(_));
+        }
         let first = known(&written.distribution, wrong);
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&mut statistic, &written.from) {
             let second = &second.distribution;
