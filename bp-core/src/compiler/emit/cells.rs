@@ -6,9 +6,9 @@
 use super::nest::Nests;
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::schedule::{Loops, reachable};
-use crate::kernel::{Fold, Reduce};
+use crate::kernel::{Fold, Node, Reduce};
 use crate::loops::{Expression, Kind, Of, Operation, Statement, Type};
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
 
 /// The cells that are folded at once: enough for SIMD, few enough for the stack.
 const CELLS: std::ops::RangeInclusive<usize> = 4..=1024;
@@ -46,6 +46,24 @@ impl Nests<'_> {
             let operands = self.kernel.operands(value).into_iter().map(|operand| depths[operand.position()]);
             depths[value.position()] = operands.fold(own, usize::max);
             levels[depths[value.position()]].push(value);
+        }
+        // A value of the last axis alone would be computed once for each turn of the fold.
+        let is_repeated = |value: &ValueId| {
+            let is_dear = match &self.kernel.nodes[*value] {
+                Node::Unary(operator, _) => !matches!(operator, Unary::Negate | Unary::Not),
+                Node::Binary(operator, ..) => {
+                    matches!(
+                        operator,
+                        Binary::Divide | Binary::Power | Binary::Remainder | Binary::ArcTangent
+                    )
+                }
+                Node::Mass(..) => true,
+                _ => false,
+            };
+            is_dear && !self.axes_of(*value).iter().any(|axis| loops.inner.contains(axis))
+        };
+        if levels[order.len()].iter().any(is_repeated) {
+            return None;
         }
         let exchanged =
             Exchanged { out: nest.out, value: nest.value, fold, last, cells, outer, order, levels: &levels };
