@@ -121,7 +121,11 @@ impl Map {
 
     /// Resamples the content of the directions after a rotation of the head. Velocities keep their axes.
     pub fn resample(&mut self, resampling: &shift::Resampling) {
-        self.each_shell(|_, before, now| resampling.apply(before, now));
+        self.each_shell(|value, before, now| match value {
+            // P(O): the occupied solid angle is kept.
+            0 | 1 => resampling.apply_to_probabilities(before, now),
+            _ => resampling.apply(before, now),
+        });
         // The entropies of what was mixed; of O and V together, as the next step reads them: independent.
         let cells = self.grid.cells();
         let entropy_of = |distribution: &[f32], cell: usize| {

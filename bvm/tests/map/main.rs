@@ -9,3 +9,4 @@ mod frames;
 mod kernels;
 mod population;
 mod senses;
+mod turning;
