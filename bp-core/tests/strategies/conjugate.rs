@@ -4,7 +4,7 @@
 //! are exact fractions, computed by hand.
 
 use bp_core::prelude::*;
-use statrs::distribution::{Beta, ContinuousCDF};
+use statrs::distribution::{Beta, ContinuousCDF, Gamma, StudentsT};
 
 fn program(text: &str) -> Program {
     Program::parse(text).unwrap_or_else(|error| panic!("{error}"))
@@ -126,6 +126,59 @@ fn rates_have_a_gamma_distribution() {
     near(posterior.ln_evidence().unwrap(), expected.ln());
     let waited = calls.ask("P(Rate | Wait = 3)").unwrap();
     assert!(waited.to_string().contains("gamma(9, 10.5)"), "{waited}");
+}
+
+/// A predicate of an unknown is the mass of its posterior; what else depends on it is drawn from this posterior, not from the prior,
+/// whose draws are nearly all 0 here.
+#[test]
+fn what_depends_on_an_unknown_is_answered_by_its_posterior() {
+    let text = "program Calls {
+        variables { Rate : real; Calls[row in Rows] : real; Next : real; }
+        decomposition { P(Rate) prod(row in Rows) { P(Calls[row] | Rate) } P(Next | Rate) }
+        forms { P(Rate) = gamma(0.001, 0.001); P(Calls[row] | Rate) = poisson(Rate); P(Next | Rate) = poisson(Rate); }
+    }";
+    let calls = program(text).rows(Rows::new().column("Calls", vec![50.0; 300])).unwrap();
+    let law = Gamma::new(15_000.001, 300.001).unwrap();
+    for (question, expected) in [
+        ("P(Rate > 50.3)", law.sf(50.3)),
+        ("P(2 * Rate < 101)", law.cdf(50.5)),
+        ("P(Rate > 49.5 and Rate < 50)", law.cdf(50.0) - law.cdf(49.5)),
+    ] {
+        let found = calls.ask(question).unwrap();
+        assert_eq!(found.strategy().name(), "conjugate");
+        let p = found.p(true).unwrap();
+        assert!((p - expected).abs() < 1e-9, "{question}: {p}, expected {expected}");
+    }
+    let mean = 15_000.001 / 300.001;
+    for (question, expected) in [("P(Rate * Rate)", mean * mean + mean / 300.001), ("P(Next)", mean)] {
+        let found = calls.ask(question).unwrap();
+        let [value, error] = found.mean_and_error().unwrap();
+        assert!((value - expected).abs() < 4.0 * error, "{question}: {value} ± {error}, expected {expected}");
+        assert_eq!(found.warning(), None);
+        let all = found.estimate().unwrap();
+        assert!((all.effective - all.particles as f64).abs() < 1e-6, "{all:?}");
+    }
+}
+
+/// Of a law of which nothing is observed too: the tail of a Student distribution with 4 degrees of freedom.
+#[test]
+fn a_predicate_of_a_prior_is_its_mass() {
+    let tail = program(
+        "program Tail { variables { X : real; } decomposition { P(X) } forms { P(X) = student_t(4, 0, 1); } }",
+    );
+    let found = tail.ask("P(X > 4)").unwrap();
+    assert_eq!(found.estimate().map(|it| it.particles), None);
+    let expected = StudentsT::new(0.0, 1.0, 4.0).unwrap().sf(4.0);
+    assert!((found.p(true).unwrap() - expected).abs() < 1e-12, "{found}");
+}
+
+#[test]
+fn an_impossible_observation_is_named() {
+    let text = "program Calls { variables { Rate : real; Calls[1..=2] : real; }
+        decomposition { P(Rate) prod(i) { P(Calls[i] | Rate) } }
+        forms { P(Rate) = gamma(3, 2); P(Calls[i] | Rate) = poisson(3 * Rate); } }";
+    let error = program(text).ask("P(Rate | Calls[1] = 4.5)").unwrap_err().to_string();
+    assert!(error.contains("is 0 for `Calls[1] = 4.5`"), "{error}");
 }
 
 #[test]

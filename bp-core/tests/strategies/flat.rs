@@ -6,6 +6,7 @@ use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
+use bp_core::prelude::Program;
 use statrs::distribution::{Continuous, Normal};
 
 #[track_caller]
@@ -71,9 +72,20 @@ fn a_flat_variable_that_the_data_leave_open_is_refused() {
     refused(&same, "P(A B | Y[1] = 1, Y[2] = 2, Y[3] = 4)", "with 3 observed numbers, 1 direction");
     let alone = "program One { variables { X : real; } decomposition { P(X) } forms { P(X) = flat; } }";
     refused(alone, "P(X)", "with 0 observed numbers, 1 direction");
-    let other = "program Rate { variables { X : real; N : 0..=9; } decomposition { P(X) P(N | X) }
-        forms { P(X) = flat; P(N | X) = poisson(exp(X)); } }";
-    refused(other, "P(X | N = 3)", "`flat` is answered at one instant where all is linear and Gaussian");
+    // An outcome that no rate makes likelier than another does not bound it.
+    let other = "program Cured { variables { X : real; T : bool; } decomposition { P(X) P(T | X) }
+        forms { P(X) = flat; P(T | X) = bernoulli(logistic(X)); } }";
+    refused(
+        other,
+        "P(X | T = true)",
+        "the posterior is improper: the observations do not bound `X`, which is flat",
+    );
+    // Five points on a line leave no residual: the density of the deviation rises as S⁻³ towards 0.
+    let line = LINE.replace("A, B : real", "A, B, S : real").replace("P(A) P(B)", "P(A) P(B) P(S)");
+    let line = line.replace("| A B)", "| A B S)").replace("x[i], 1)", "x[i], S); P(S) = half_flat");
+    let line = line.replace("1..=3", "1..=5").replace("[0, 1, 2]", "[1, 2, 3, 4, 5]");
+    let points = "P(A B S | Y[1] = 3, Y[2] = 5, Y[3] = 7, Y[4] = 9, Y[5] = 11)";
+    refused(&line, points, "the observations do not bound `S`");
 }
 
 #[test]
@@ -90,4 +102,17 @@ fn a_covariate_far_from_zero_determines_its_line() {
         near(found[0][0], 1.5, 1e-6);
         near(found[0][1], 0.5f64.sqrt(), 1e-6);
     }
+}
+
+/// P(3 | λ) = λ³/3! / Σ λᵏ/k! over 0..=9 falls as λ³ towards 0 and as λ⁻⁶ towards ∞: a proper posterior of ln λ, by quadrature.
+#[test]
+fn a_flat_variable_of_a_program_that_is_not_gaussian_is_sampled() {
+    let rate = Program::parse(
+        "program Rate { variables { X : real; N : 0..=9; } decomposition { P(X) P(N | X) }
+         forms { P(X) = flat; P(N | X) = poisson(exp(X)); } }",
+    );
+    let found = rate.unwrap().draws(8000).ask("P(X | N = 3)").unwrap();
+    assert_eq!((found.strategy().name(), found.warning()), ("gibbs", None));
+    let [mean, error] = found.mean_and_error().unwrap();
+    assert!((mean - 0.956_486_554_856_907).abs() < 4.0 * error, "{mean} ± {error}");
 }

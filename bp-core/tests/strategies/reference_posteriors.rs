@@ -152,3 +152,39 @@ fn a_mixture_of_two_normal_distributions() {
         |program: Program, data: &Data| program.rows(Rows::new().column("Y", data.column("y"))).unwrap();
     agrees("low_dim_gauss_mix", "low_dim_gauss_mix-low_dim_gauss_mix", 1000, component, given);
 }
+
+/// Y alone, under the length of its range.
+fn sequence(program: Program, data: &Data) -> Program {
+    program.rows(Rows::new().column("Y", data.column("y"))).unwrap()
+}
+
+#[test]
+fn moving_averages() {
+    agrees("arma", "arma-arma11", 2000, capital, sequence);
+}
+
+#[test]
+fn a_variance_that_moves() {
+    let slot = |name: &str| match name {
+        "alpha1" => "Share[0]".to_owned(),
+        "beta1" => "Share[1]".to_owned(),
+        other => capital(other),
+    };
+    let given = |program: Program, data: &Data| {
+        sequence(program.with("sigma1", data.number("sigma1")).unwrap(), data)
+    };
+    agrees("garch", "garch-garch11", 2000, slot, given);
+}
+
+#[test]
+fn a_hidden_markov_chain() {
+    let slot = |name: &str| match name.split_once('[') {
+        Some(("mu", rest)) => format!("Mu{}", rest.trim_end_matches(']')),
+        Some((of, rest)) => {
+            let place: usize = rest.trim_end_matches(']').parse().unwrap();
+            format!("{}[{}]", capital(of), place - 1)
+        }
+        None => capital(name),
+    };
+    agrees("hmm", "hmm_example-hmm_example", 2000, slot, sequence);
+}

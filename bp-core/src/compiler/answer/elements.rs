@@ -78,7 +78,7 @@ impl CompiledQuestion<'_> {
         let Some((expanded, back)) = self.expanded(inputs)? else {
             return self.otherwise(|it| it.ask_with(inputs, sampling));
         };
-        let mut answers = expanded.ask_with(inputs, sampling)?;
+        let mut answers = expanded.ask_with(inputs, sampling).map_err(|error| self.as_asked(error))?;
         for ((answer, back), ask) in answers.iter_mut().zip(&back).zip(&self.question().asks) {
             answer.question = self.model().ask_text(ask);
             let slots = |part: &mut Part| {
@@ -99,7 +99,7 @@ impl CompiledQuestion<'_> {
         let Some((expanded, _)) = self.expanded(inputs)? else {
             return self.otherwise(|it| it.tables(inputs));
         };
-        let mut tables = expanded.tables(inputs)?;
+        let mut tables = expanded.tables(inputs).map_err(|error| self.as_asked(error))?;
         for (table, ask) in tables.iter_mut().zip(&self.question().asks) {
             table.question = self.model().ask_text(ask);
         }
@@ -127,7 +127,10 @@ impl CompiledQuestion<'_> {
         };
         match self.elements {
             Elements::Together => Ok(None),
-            Elements::Apart => self.written_out(inputs, usize::MAX)?.map(compiled).transpose(),
+            Elements::Apart => {
+                let written = self.written_out(inputs, usize::MAX)?;
+                written.map(compiled).transpose().map_err(|error| self.as_asked(error))
+            }
             // Where it cannot be expanded, or no strategy then answers, the draws of the program as it is do.
             Elements::IfExact => {
                 let expanded = self.written_out(inputs, MOST_EXPANDED).map(|written| written.map(compiled));
@@ -136,6 +139,17 @@ impl CompiledQuestion<'_> {
                     _ => None,
                 })
             }
+        }
+    }
+
+    /// A refusal of the expanded question, in the words of the one that was asked.
+    fn as_asked(&self, error: Error) -> Error {
+        let asked =
+            || self.question().asks.first().map_or_else(String::new, |ask| self.model().ask_text(ask));
+        match error {
+            Error::Unplanned { reason, .. } => Error::Unplanned { question: asked(), reason },
+            Error::Refused { by, reason, .. } => Error::Refused { by, question: asked(), reason },
+            other => other,
         }
     }
 

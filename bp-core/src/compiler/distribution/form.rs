@@ -46,7 +46,29 @@ impl Setting<'_> {
     /// # Errors
     /// As [`Setting::distribution`].
     pub fn ln_density(&self, instance: &Instance, values: &[f64]) -> Result<f64, Error> {
+        if let Some(ln) = self.ln_count(instance, values)? {
+            return Ok(ln);
+        }
         Ok(self.distribution(instance, values)?.ln_density(self.left_value(instance, values)))
+    }
+
+    /// ln of the probability of a binomial count all of whose values are in the domain, so that nothing is normalised.
+    fn ln_count(&self, instance: &Instance, values: &[f64]) -> Result<Option<f64>, Error> {
+        let form = self.form_at(instance);
+        let (Form::Law { law: Law::Binomial, arguments }, [slot]) = (form, instance.left.as_slice()) else {
+            return Ok(None);
+        };
+        let variable = self.variable_of(*slot);
+        let domain = &self.model.variables[variable].domain;
+        if !matches!(domain, Domain::Finite { labels, .. } if labels.is_empty()) || values[*slot].is_nan() {
+            return Ok(None);
+        }
+        let evaluation = Evaluation { scope: self.scope(instance, values), instance };
+        let parameters = evaluation.parameters(form, Law::Binomial, arguments)?;
+        let last = domain.number(0) + self.count(variable) as f64 - 1.0;
+        let is_whole = domain.number(0) == 0.0 && parameters[0] <= last;
+        let number = self.number_at(variable, values[*slot]);
+        Ok(is_whole.then(|| law::ln_density(Law::Binomial, number, &parameters)))
     }
 
     /// The value of an instance's left-hand side; of several variables together, their joint ordinal.

@@ -10,6 +10,7 @@ use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{self, share};
 use crate::ids::VariableId;
 use crate::law::{Law, Numbers, Parameters, Wide};
+use crate::operators::Unary;
 
 /// The parameters that the law uses.
 pub(super) fn exactly(law: Law, parameters: &Parameters) -> &[f64] {
@@ -58,6 +59,18 @@ pub(super) fn over(
 ) -> Vec<Extended> {
     let bins = setting.model.variables[variable].domain.bins();
     let parameters = wide(exactly(law, parameters));
+    // Beyond the exponents of numbers: e^−λ is left out, which all values share.
+    let rate = (law == Law::Poisson && bins.is_none()).then(|| parameters[0]);
+    if let Some(rate) = rate.filter(|rate| rate.to_f64() > 1e15) {
+        let ln_rate = rate.natural_logarithm().to_f64();
+        let ln = |ordinal: usize| {
+            let count = setting.number_at(variable, ordinal as f64);
+            if count < 0.0 { f64::NEG_INFINITY } else { count * ln_rate - Unary::LnGamma.apply(count + 1.0) }
+        };
+        let all: Vec<f64> = (0..setting.count(variable)).map(ln).collect();
+        let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        return shares(all.into_iter().map(|ln| Extended::from_f64(ln - most).exponential()).collect());
+    }
     let weight = |ordinal: usize| {
         let mut value = Ordinal { setting, variable, ordinal, by: Wide };
         forms::law::weight(&mut value, law, bins, &parameters)

@@ -15,6 +15,7 @@ mod invalid;
 mod law;
 mod least;
 mod number;
+mod order;
 mod reads;
 mod setting;
 mod vector;

@@ -9,30 +9,61 @@ use crate::model::{Expression, Form, VariableUse};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-impl Setting<'_> {
+impl<'m> Setting<'m> {
     /// The slots on which the distribution of an instance's left-hand side may depend.
     pub fn reads(&self, instance: &Instance) -> BTreeSet<usize> {
-        let factor = &self.model.factors[instance.factor];
+        let form = self.form_at(instance);
         let mut slots = BTreeSet::new();
-        factor.form.each_expression(&mut |id| slots.extend(self.slots_read(id, &instance.indices)));
+        form.each_expression(&mut |id| slots.extend(self.slots_read(id, &instance.indices)));
         slots.extend(self.looked_up(instance));
         // A component depends on the earlier ones.
-        if has(&factor.form, &Form::couples) {
+        if has(form, &Form::couples) {
             slots.extend(instance.left[0] - instance.component..instance.left[0]);
         }
         slots
     }
 
+    /// The form of an instance: of `if`s whose condition depends on no variable, the branch that is taken.
+    pub(crate) fn form_at(&self, instance: &Instance) -> &'m Form {
+        self.branch(&self.model.factors[instance.factor].form, &instance.indices)
+    }
+
+    /// The branch of a form that is taken at these indices, as far as it depends on no variable.
+    pub(super) fn branch<'f>(&self, mut form: &'f Form, indices: &[f64]) -> &'f Form {
+        let is_known = |node: ExpressionId| {
+            matches!(
+                self.model.expressions[node],
+                Expression::Number(_)
+                    | Expression::Index(_)
+                    | Expression::Parameter { .. }
+                    | Expression::Unary(..)
+                    | Expression::Binary(..)
+                    | Expression::If { .. }
+            )
+        };
+        while let Form::If { condition, then, otherwise } = form {
+            if !self.model.nodes_below(*condition).into_iter().all(is_known) {
+                break;
+            }
+            let number = self.index_number(*condition, indices);
+            if number.is_nan() {
+                break;
+            }
+            form = if number != 0.0 { then } else { otherwise };
+        }
+        form
+    }
+
     /// The slots by whose values a table or the answer of a subroutine is looked up, in the order of the factor.
     pub(crate) fn looked_up(&self, instance: &Instance) -> Vec<usize> {
-        let factor = &self.model.factors[instance.factor];
+        let (factor, own) = (&self.model.factors[instance.factor], self.form_at(instance));
         let mut slots = Vec::new();
         // A table is looked up by the values of all right-hand variables.
-        if has(&factor.form, &|form| matches!(form, Form::Table(_) | Form::Constants(_))) {
+        if has(own, &|form| matches!(form, Form::Table(_) | Form::Constants(_))) {
             let of = |use_: &VariableUse| self.slots_used(use_, &instance.indices);
             slots.extend(factor.right.iter().flat_map(of));
         }
-        each(&factor.form, &mut |form| {
+        each(own, &mut |form| {
             if let Form::Ask { given, .. } = form {
                 slots.extend(given.iter().flat_map(|variable| self.slots_of(*variable)));
             }

@@ -348,12 +348,8 @@ impl<'m> Setting<'m> {
     /// # Errors
     /// As [`Setting::instances`].
     pub fn ordered(&self) -> Result<Vec<Instance>, Error> {
-        let mut instances = Vec::new();
         let factors: Vec<FactorId> = self.model.factors.ids().collect();
-        for factor in self.model.parents_first(&factors) {
-            instances.extend(self.instances(factor)?);
-        }
-        Ok(instances)
+        self.in_order(&self.model.parents_first(&factors))
     }
 }
 

@@ -145,6 +145,8 @@ impl Writer<'_, '_> {
                 for use_ in &factor.right {
                     let uses = match self.used(use_, instance) {
                         Some(uses) => uses,
+                        // An element before the first, which only the forms of later ones read.
+                        None if self.is_outside(use_, instance) => Vec::new(),
                         None => {
                             let all = 0..self.elements(use_.variable);
                             all.map(|element| self.element(use_.variable, element)).collect()
@@ -174,7 +176,14 @@ impl Writer<'_, '_> {
         Some(vec![self.element(use_.variable, element)])
     }
 
+    /// Whether the index of a use is a number, and the family has no such element.
+    fn is_outside(&self, use_: &VariableUse, instance: &Instance) -> bool {
+        use_.element.is_some_and(|element| !self.setting.index_number(element, &instance.indices).is_nan())
+            && self.used(use_, instance).is_none()
+    }
+
     fn form(&mut self, form: &Form, at: &Instance) -> Option<Form> {
+        let form = self.setting.branch(form, &at.indices);
         let one = |writer: &mut Self, id: &ExpressionId| writer.expression(*id, at);
         let all = |writer: &mut Self, ids: &[ExpressionId]| {
             ids.iter().map(|id| writer.expression(*id, at)).collect::<Option<Vec<_>>>()
@@ -265,8 +274,15 @@ impl Writer<'_, '_> {
                 (Some(element), None) if self.setting.index_number(element, &at.indices).is_nan() => {
                     self.chosen(use_.variable, element, made[&element])?
                 }
-                (_, None) => return None,
+                // Where it is read, this number is refused.
+                (_, None) => Expression::Number(f64::NAN),
             },
+            Expression::If { condition, then, otherwise }
+                if let Some(condition) = self.model.constant(made[condition]) =>
+            {
+                let taken = if condition != 0.0 { then } else { otherwise };
+                self.model.expressions[made[taken]].clone()
+            }
             Expression::First { family, with: None } => {
                 let over = model.variables[*family].family?.over;
                 let count = self.elements(*family);

@@ -58,7 +58,7 @@ impl Setting<'_> {
     }
 
     /// An observed value in its written form: `Z[2] = high`.
-    fn observed(&self, slot: usize, value: f64) -> String {
+    pub(crate) fn observed(&self, slot: usize, value: f64) -> String {
         let variable = self.variable_of(slot);
         let domain = &self.model.variables[variable].domain;
         let value = match domain.is_finite() {

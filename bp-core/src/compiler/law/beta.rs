@@ -126,5 +126,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 }
 
 pub(super) fn draw(by: &mut impl Rng, [a, b]: [f64; 2]) -> f64 {
-    rand_distr::Beta::new(a, b).map_or(f64::NAN, |law| law.sample(by))
+    // No draw is 0 or 1, though rounding may make it so.
+    let inside = |drawn: f64| drawn.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0);
+    rand_distr::Beta::new(a, b).map_or(f64::NAN, |law| inside(law.sample(by)))
 }

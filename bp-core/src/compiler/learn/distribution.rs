@@ -4,7 +4,7 @@
 //! share all their numbers are the same, in any family: so elements of a family of variables and of a plate share their
 //! cases; a learned number belongs to one distribution, except those of normal distributions.
 
-use super::kind::At;
+use super::kind::{At, INSTEAD};
 use super::parametric::MOST_CONTEXTS;
 use super::program::{Family, Program};
 use super::statistics::Statistic;
@@ -288,9 +288,15 @@ impl Finder<'_> {
                 if *law != Law::Binomial
                     && arguments.iter().any(|argument| matches!(argument, Argument::Known(_))) =>
             {
-                wrong(format!("the arguments of `{}` are learned together: all or none", law.name()))
+                let name = law.name();
+                wrong(format!(
+                    "`{name}` is fitted in all of its arguments together, and one is known here; {INSTEAD}"
+                ))
             }
-            _ if shared => wrong("a learned parameter is used in two different distributions".to_owned()),
+            _ if shared => wrong(format!(
+                "a parameter is shared by several distributions, each of which is fitted alone (only those of `normal` are \
+                 fitted together); {INSTEAD}"
+            )),
             _ => Ok(()),
         }
     }

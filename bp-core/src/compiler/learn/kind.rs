@@ -33,6 +33,10 @@ enum Read {
     Known(f64),
 }
 
+/// What else estimates a parameter.
+pub(super) const INSTEAD: &str =
+    "declare it as a variable with a prior, and ask for its posterior: `bp ask FILE 'P(…)' --rows data.csv`";
+
 /// A kind of distribution, and its `unknown` form.
 type Found = Option<(Kind, Option<usize>)>;
 
@@ -90,8 +94,15 @@ impl At<'_> {
                 Ok(Some((Kind::Regression(cells), Some(unknown))))
             }
             Form::Law { law, arguments } => self.law(*law, arguments),
-            other => Err(program
-                .wrong(self.factor(), format!("parameters inside `{}` cannot be learned", other.name()))),
+            other => {
+                let name = match other {
+                    Form::Mixture(_) => "`mixture` or `zero_inflated`".to_owned(),
+                    other => format!("`{}`", other.name()),
+                };
+                Err(self.wrong(&format!(
+                    "a parameter inside {name} is not learned from counts or moments; {INSTEAD}"
+                )))
+            }
         }
     }
 
@@ -151,10 +162,10 @@ impl At<'_> {
     }
 
     fn indirect(&self) -> Error {
-        self.wrong(
+        self.wrong(&format!(
             "a parameter is learned where it stands alone as an argument, such as `normal(mu[K], sigma)`; here it \
-             is part of an expression",
-        )
+             is part of an expression; {INSTEAD}"
+        ))
     }
 
     /// The kind of an argument: a learned cell, an expression of some, or a number.

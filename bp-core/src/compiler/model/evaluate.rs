@@ -74,6 +74,7 @@ pub type Read<E> = Result<<<E as Environment>::By as Arithmetic>::Number, <E as 
 /// An environment in which only some variables have values. An expression that depends on others has no value.
 struct Partly<'e, F> {
     value: &'e F,
+    index: &'e dyn Fn(usize) -> Option<f64>,
     below: &'e Folded<Option<f64>>,
     by: Numbers,
 }
@@ -94,8 +95,8 @@ impl<F: Fn(&VariableUse) -> Option<f64>> Environment for Partly<'_, F> {
     fn variable(&mut self, use_: &VariableUse) -> Read<Self> {
         (self.value)(use_).ok_or(())
     }
-    fn index(&mut self, _: usize) -> Read<Self> {
-        Err(())
+    fn index(&mut self, depth: usize) -> Read<Self> {
+        (self.index)(depth).ok_or(())
     }
     fn first(&mut self, _: VariableId, _: Option<(ExpressionId, ExpressionId)>) -> Read<Self> {
         Err(())
@@ -122,11 +123,25 @@ impl Model {
         id: ExpressionId,
         value: &impl Fn(&VariableUse) -> Option<f64>,
     ) -> Option<f64> {
+        self.evaluate_partly(id, value, &|_| None)
+    }
+
+    /// The number of an expression where the indices of `prod`s are known, by their depths; `None` if it depends on more.
+    pub(crate) fn evaluate_at(&self, id: ExpressionId, index: &dyn Fn(usize) -> Option<f64>) -> Option<f64> {
+        self.evaluate_partly(id, &|_| None, index)
+    }
+
+    fn evaluate_partly(
+        &self,
+        id: ExpressionId,
+        value: &impl Fn(&VariableUse) -> Option<f64>,
+        index: &dyn Fn(usize) -> Option<f64>,
+    ) -> Option<f64> {
         if let Expression::Number(number) = &self.expressions[id] {
             return Some(*number);
         }
         let of = |expression: &Expression, below: &Folded<Option<f64>>| {
-            Partly { value, below, by: Numbers }.value(expression).ok()
+            Partly { value, index, below, by: Numbers }.value(expression).ok()
         };
         self.fold(id, of).root()
     }

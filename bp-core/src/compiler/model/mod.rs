@@ -19,6 +19,7 @@ mod linear;
 mod notation;
 mod order;
 mod question;
+mod recursion;
 mod split;
 mod validate;
 mod values;

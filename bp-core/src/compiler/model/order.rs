@@ -42,7 +42,13 @@ impl Model {
     /// Factors, parents first, otherwise in their own order.
     pub fn parents_first(&self, factors: &[FactorId]) -> Vec<FactorId> {
         let uses = |uses: &[super::VariableUse]| uses.iter().map(|use_| use_.variable).collect::<Vec<_>>();
-        let needs: Vec<_> = factors.iter().map(|id| uses(&self.factors[*id].right)).collect();
+        let needs = |id: &FactorId| {
+            let earlier = self.earlier(*id);
+            let mut needs = uses(&self.factors[*id].right);
+            needs.retain(|variable| !earlier.contains(variable));
+            needs
+        };
+        let needs: Vec<_> = factors.iter().map(needs).collect();
         let gives: Vec<_> = factors.iter().map(|id| uses(&self.factors[*id].left)).collect();
         let order = in_order(&needs, &gives).expect("internal: a checked decomposition has an order");
         order.into_iter().map(|position| factors[position]).collect()

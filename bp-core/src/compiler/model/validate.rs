@@ -8,6 +8,7 @@ mod constants;
 mod form;
 mod law;
 mod question;
+mod recursion;
 
 use super::{Model, ParameterKind};
 use crate::ids::{ExpressionId, FactorId, Id, ParameterId, QuestionId, VariableId};
@@ -58,7 +59,9 @@ pub(super) fn faults(model: &Model) -> Vec<Fault> {
     let mut faults = parameter_faults(model);
     faults.extend(decomposition_faults(model));
     if faults.is_empty() {
-        faults.extend(cycle(model));
+        faults.extend(
+            cycle(model).or_else(|| model.factors.ids().find_map(|id| recursion::recursion_fault(model, id))),
+        );
     }
     for (id, _) in model.factors.iter() {
         faults.extend(form::form_faults(model, id));
@@ -153,6 +156,12 @@ fn decomposition_faults(model: &Model) -> Vec<Fault> {
 /// A cycle of factors, each of which depends on the next. Linear: each variable is visited once.
 fn cycle(model: &Model) -> Option<Fault> {
     let distributions = model.distributions();
+    let parents = |factor: Option<FactorId>| {
+        let earlier = factor.map_or_else(Vec::new, |id| model.earlier(id));
+        let right = factor.map_or(&[][..], |id| &model.factors[id].right).iter().map(|use_| use_.variable);
+        right.filter(|parent| !earlier.contains(parent)).collect::<Vec<VariableId>>()
+    };
+    let parents: Vec<Vec<VariableId>> = distributions.iter().map(|factor| parents(*factor)).collect();
     let (mut entered, mut left) = (vec![false; model.variables.len()], vec![false; model.variables.len()]);
     for start in model.variables.ids() {
         if std::mem::replace(&mut entered[start.position()], true) {
@@ -161,8 +170,8 @@ fn cycle(model: &Model) -> Option<Fault> {
         let mut path: Vec<(VariableId, usize)> = vec![(start, 0)];
         while let Some((variable, next)) = path.last_mut() {
             let variable = *variable;
-            let parents = distributions[variable.position()].map_or(&[][..], |id| &model.factors[id].right);
-            let Some(parent) = parents.get(*next).map(|use_| use_.variable) else {
+            let parents = &parents[variable.position()];
+            let Some(parent) = parents.get(*next).copied() else {
                 left[variable.position()] = true;
                 path.pop();
                 continue;
@@ -176,10 +185,16 @@ fn cycle(model: &Model) -> Option<Fault> {
                 let mut names: Vec<_> =
                     path[position..].iter().map(|(seen, _)| model.variable_name(*seen)).collect();
                 names.push(names[0].clone());
+                let families =
+                    path[position..].iter().all(|(seen, _)| model.variables[*seen].family.is_some());
+                let help = match families {
+                    true => recursion::EARLIER,
+                    false => "each factor may only depend on variables that do not depend on it",
+                };
                 return Some(fault_with_help(
                     Place::Factor(distributions[parent.position()]?),
                     format!("the decomposition has a cycle: {}", names.join(" ← ")),
-                    "each factor may only depend on variables that do not depend on it",
+                    help,
                 ));
             }
         }

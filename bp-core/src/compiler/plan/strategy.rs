@@ -59,14 +59,17 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
     };
     let mut drawn = None;
     for strategy in estimates {
-        // The error of a linearised law is not known: it answers only where the user chooses it.
+        // Where much is observed few draws of the prior count, and Gibbs sampling is taken. The error of a linearised law is not
+        // known: it answers only where the user chooses it.
         let on_request = strategy == Strategy::ExtendedKalman;
         let wanted = estimate && named(strategy) && (!on_request || options.by.is_some());
         if options.all_offers || wanted && (drawn.is_none() || strategy == Strategy::Gibbs) {
             market.offer(strategy);
-            let is_better = match market.made.last().and_then(|(_, route)| route.as_ref()) {
+            let weighted = drawn.is_some();
+            let is_better = match market.made.last_mut().and_then(|(_, route)| route.as_mut()) {
                 Some(Route::Sampled(sampled)) if strategy == Strategy::Gibbs && options.by.is_none() => {
-                    sampled.is_preferred(drawn.is_none())
+                    sampled.or_weighting = weighted;
+                    sampled.is_preferred(!weighted)
                 }
                 Some(_) => drawn.is_none(),
                 None => false,

@@ -43,14 +43,24 @@ impl NamedLaw {
         }
     }
 
-    /// P(low < X ≤ high), low ≤ high.
-    pub fn between(&self, low: f64, high: f64) -> f64 {
-        self.law.between(low, high, self.own())
-    }
-
     /// The density at a real.
     pub fn density(&self, x: f64) -> f64 {
         self.law.density(x, self.own())
+    }
+
+    /// A draw.
+    pub fn draw(&self, by: &mut impl rand::Rng) -> f64 {
+        self.law.draw(by, self.own())
+    }
+
+    /// The probability between two reals, or ±∞, in the tail that is smaller.
+    pub fn between(&self, low: f64, high: f64) -> f64 {
+        let tails = |x: f64| match x.is_finite() {
+            true => self.law.tails(x, self.own()),
+            false => (f64::from(u8::from(x > 0.0)), f64::from(u8::from(x < 0.0))),
+        };
+        let ((below_low, above_low), (below_high, above_high)) = (tails(low), tails(high));
+        if below_low > 0.5 { above_low - above_high } else { below_high - below_low }
     }
 
     /// The value that is not exceeded with this probability, by bisection to the last digits.

@@ -75,9 +75,17 @@ fn unit_of(numbers: impl Iterator<Item = f64>) -> f64 {
 impl Draws {
     /// Weighted draws of `kept` slots each.
     pub fn weighted(values: Vec<f64>, kept: usize, ln_weights: &[f64]) -> Self {
+        let count = ln_weights.len() as f64;
+        // Draws of one weight, such as those of a posterior, lose no digits of it.
+        if let Some(first) = ln_weights.first().filter(|first| ln_weights.iter().all(|ln| ln == *first))
+            && first.is_finite()
+        {
+            let weights = vec![1.0 / count; ln_weights.len()];
+            return Self { values, kept, weights, ln_mean_weight: Some(*first), chain: None, origins: None };
+        }
         let total = ln_sum(ln_weights);
         let weights = ln_weights.iter().map(|ln| if total.is_finite() { (ln - total).exp() } else { 0.0 });
-        let ln_mean_weight = total - (ln_weights.len() as f64).ln();
+        let ln_mean_weight = total - count.ln();
         Self {
             values,
             kept,

@@ -279,15 +279,15 @@ fn when_fault(place: Place, ask: &Ask) -> Option<Fault> {
     }
 }
 
-/// Whether the values of a variable are numbers: labels and the elements of sets are not.
+/// Whether the values of a variable are numbers, or vectors or families of reals: labels and the elements of sets are not.
 fn is_number(model: &Model, variable: VariableId) -> bool {
     let variable = &model.variables[variable];
     let numbers = match &variable.domain {
         Domain::Finite { labels, .. } => labels.is_empty(),
-        Domain::Set(_) | Domain::Vector(_) => false,
+        Domain::Set(_) => false,
         _ => true,
     };
-    numbers && variable.family.is_none()
+    numbers && (variable.family.is_none() || !variable.domain.is_finite())
 }
 
 /// Whether the values of a variable lie on a circle.

@@ -13,7 +13,7 @@ use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
 use crate::model::{Ask, Form, LinearForm, Model, Statistic};
-use crate::posterior::{Answer, Figure, Part, PartLaw, Row, Slot, Table, figures};
+use crate::posterior::{Answer, Figure, NamedLaw, Part, PartLaw, Row, Slot, Table, figures};
 use crate::sample::Observations;
 use crate::strategies::gaussian::{Slots, by_intervals};
 use crate::strategies::{Case, Found, Prepared};
@@ -22,17 +22,8 @@ use std::collections::HashMap;
 impl Prepared for Conjugate {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
         let setting = Setting::new(model, case.inputs)?;
-        let ask = &self.asks[0];
-        let observations = Observations::of(&setting, ask)?;
-        let mut posterior = Posterior::new(&setting, self, observations.values)?;
-        let ln_evidence = posterior.observe(self)?;
-        if ln_evidence == f64::NEG_INFINITY {
-            let reason = setting.zero_factor_but(&posterior.plain(), &|slot| posterior.is_unknown[slot]);
-            return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
-        }
-        if !ln_evidence.is_finite() {
-            return Err(setting.not_a_number(&model.ask_text(ask), &posterior.values));
-        }
+        let observations = Observations::of(&setting, &self.asks[0])?;
+        let (posterior, ln_evidence) = Posterior::of(&setting, self, &self.asks[0], observations.values)?;
         let ln_evidence = posterior.has_observations.then_some(ln_evidence);
         let answer = |ask: &Ask| match model.variables[ask.searched[0].variable].domain.is_finite() {
             true => {
@@ -49,7 +40,7 @@ impl Prepared for Conjugate {
 }
 
 /// The unknowns, given what is observed.
-struct Posterior<'s> {
+pub(super) struct Posterior<'s> {
     setting: &'s Setting<'s>,
     values: Vec<f64>,
     /// The unknowns, and the first slot of each by any of its slots.
@@ -61,6 +52,33 @@ struct Posterior<'s> {
 }
 
 impl<'s> Posterior<'s> {
+    /// The unknowns given these values of slots, and ln of their probability.
+    ///
+    /// # Errors
+    /// Observations of probability zero; a number outside the range of a form.
+    pub(super) fn of(
+        setting: &'s Setting<'s>,
+        of: &Conjugate,
+        ask: &Ask,
+        values: Vec<f64>,
+    ) -> Result<(Self, f64), Error> {
+        let mut posterior = Self::new(setting, of, values)?;
+        let ln_evidence = posterior.observe(of)?;
+        if ln_evidence == f64::NEG_INFINITY {
+            let reason = setting.zero_factor_but(&posterior.plain(), &|slot| posterior.is_unknown[slot]);
+            return Err(Error::Impossible(Impossible { question: setting.model.ask_text(ask), reason }));
+        }
+        if !ln_evidence.is_finite() {
+            return Err(setting.not_a_number(&setting.model.ask_text(ask), &posterior.values));
+        }
+        Ok((posterior, ln_evidence))
+    }
+
+    /// The first slot of each unknown, and its distribution.
+    pub(super) fn into_unknowns(self) -> Vec<(usize, Unknown)> {
+        self.unknowns.into_iter().map(|(slot, (_, unknown))| (slot, unknown)).collect()
+    }
+
     fn new(setting: &'s Setting<'s>, of: &Conjugate, mut values: Vec<f64>) -> Result<Self, Error> {
         let model = setting.model;
         let (mut unknowns, mut first) = (HashMap::new(), HashMap::new());
@@ -122,6 +140,7 @@ impl<'s> Posterior<'s> {
             match unknown {
                 Unknown::Probability(_) => values[*first] = 0.5,
                 Unknown::Rate(_) => values[*first] = 1.0,
+                Unknown::Alone(law) => values[*first] = law.quantile(0.5),
                 Unknown::Proportions(all) => values[*first..first + all.len()].fill(1.0 / all.len() as f64),
             }
         }
@@ -250,6 +269,9 @@ fn prior(setting: &Setting<'_>, instance: &Instance, values: &[f64]) -> Result<U
     Ok(match (kind_of(model, form), distribution) {
         (Some(Kind::Probability), Distribution::Law(Law::Beta, [a, b, _])) => Unknown::Probability([a, b]),
         (Some(Kind::Probability), _) => Unknown::Probability([1.0, 1.0]),
+        (Some(Kind::Alone), Distribution::Law(law, parameters)) => {
+            Unknown::Alone(NamedLaw { law, parameters })
+        }
         (_, Distribution::Law(Law::Exponential, [rate, ..])) => Unknown::Rate([1.0, rate]),
         (_, Distribution::Law(_, [shape, rate, _])) => Unknown::Rate([shape, rate]),
         _ => {

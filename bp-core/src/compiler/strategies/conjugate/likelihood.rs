@@ -17,6 +17,8 @@ pub(super) enum Kind {
     Probability,
     Rate,
     Proportions,
+    /// Any other law, of which nothing may be observed: it answers predicates.
+    Alone,
 }
 
 /// Whether a form reads unknowns in the way that keeps them conjugate; `kind` tells what a variable is.

@@ -11,8 +11,10 @@
 
 mod answer;
 mod likelihood;
+mod marginal;
 mod offer;
 mod unknown;
 
+pub(crate) use marginal::Marginal;
 pub use offer::Conjugate;
-pub(crate) use offer::Engine;
+pub(crate) use offer::{Engine, marginalised};

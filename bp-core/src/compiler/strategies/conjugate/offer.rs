@@ -8,7 +8,7 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, DerivedKind, Expression, Finding, Form, Model, Question, Statistic};
+use crate::model::{Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Statistic};
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::weighting::{refused_factor, relevant};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
@@ -39,10 +39,12 @@ pub(super) fn kind_of(model: &Model, form: &Form) -> Option<Kind> {
         Form::Law { law: Law::Beta, .. } => Some(Kind::Probability),
         Form::Law { law: Law::Uniform, arguments } => {
             let bounds: Vec<Option<f64>> = arguments.iter().map(|id| model.constant(*id)).collect();
-            (bounds == [Some(0.0), Some(1.0)]).then_some(Kind::Probability)
+            let unit = bounds == [Some(0.0), Some(1.0)];
+            Some(if unit { Kind::Probability } else { Kind::Alone })
         }
         Form::Law { law: Law::Gamma | Law::Exponential, .. } => Some(Kind::Rate),
         Form::Dirichlet(_) => Some(Kind::Proportions),
+        Form::Law { .. } => Some(Kind::Alone),
         _ => None,
     }
 }
@@ -102,28 +104,16 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
         return Err(format!("`{name}` is not observed at one value"));
     }
     let is_known = |id: VariableId| asks[0].known.iter().any(|known| known.variable == id);
-    let (mut priors, mut rest) = (Vec::new(), Vec::new());
-    for id in model.parents_first(&relevant) {
-        let factor = &model.factors[id];
-        let left = factor.left[0].variable;
-        let is_derived = element_of(model, left).is_some() || predicate_of(model, left).is_some();
-        if is_derived && !is_known(left) {
-            continue;
-        }
-        let is_prior = !is_known(left) && kind_of(model, &factor.form).is_some() && !is_finite(left);
-        let is_alone = factor.left.len() == 1 && of_form(model, id).is_empty();
-        if is_prior && is_alone { priors.push(id) } else { rest.push(id) }
-    }
-    let kind = |variable: VariableId| {
-        let own = |id: &&FactorId| model.factors[**id].left[0].variable == variable;
-        priors.iter().find(own).and_then(|id| kind_of(model, &model.factors[*id].form))
+    let is_derived = |id: &FactorId| {
+        let left = model.factors[*id].left[0].variable;
+        !is_known(left) && (element_of(model, left).is_some() || predicate_of(model, left).is_some())
     };
+    let all: Vec<FactorId> = relevant.iter().copied().filter(|id| !is_derived(id)).collect();
+    let (priors, rest) = parted(model, &all, &is_known);
+    let kind = |variable: VariableId| kind_among(model, &priors, variable);
     for id in &rest {
         let factor = &model.factors[*id];
         let head = model.head(factor);
-        if let Some(why) = refused_factor(model, factor) {
-            return Err(why);
-        }
         let left = factor.left[0].variable;
         let predicted = |ask: &Ask| {
             let searched = ask.searched[0].variable;
@@ -133,33 +123,103 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
         if factor.left.len() > 1 || !is_known(left) && !is_predicted {
             return Err(format!("`{head}` is neither a conjugate prior nor observed"));
         }
-        let mut parents = of_form(model, *id).into_iter();
-        if let Some(hidden) = parents.find(|parent| !is_known(*parent) && kind(*parent).is_none()) {
-            let hidden = model.variable_name(hidden);
-            return Err(format!(
-                "`{head}` depends on `{hidden}`, which is neither observed nor has a conjugate prior"
-            ));
-        }
-        if is_finite(left)
-            && reads_counts(&factor.form)
-            && of_form(model, *id).into_iter().any(|parent| kind(parent).is_some())
-        {
-            return Err(format!(
-                "`{head}` is normalised over its range, so that its rate has no conjugate prior: declare the count as `real`"
-            ));
-        }
-        let is_vector = model.components(left) > 1 && !matches!(factor.form, Form::Multinomial { .. });
-        if is_vector || !is_conjugate(model, &factor.form, &kind) {
-            return Err(format!("`{head}` is not of a form with a conjugate prior"));
+        if let Some(why) = observed_fault(model, *id, &is_known, &kind) {
+            return Err(why);
         }
     }
     if priors.is_empty() {
         return Err(NO_PRIOR.to_owned());
     }
-    match asks.iter().find_map(|ask| refused_ask(model, ask, &|variable| kind(variable).is_some())) {
+    let has_prior = |variable: VariableId| kind(variable).is_some_and(|kind| kind != Kind::Alone);
+    match asks.iter().find_map(|ask| refused_ask(model, ask, &|id| kind(id).is_some(), &has_prior)) {
         Some(why) => Err(why),
         None => Ok(Conjugate { asks: asks.to_vec(), priors, observed: rest }),
     }
+}
+
+/// The unknowns of what is observed, where all have conjugate priors: whatever is asked depends on the observations through them
+/// alone.
+pub(crate) fn marginalised(model: &Model, asks: &[Ask]) -> Option<Conjugate> {
+    let known = &asks[0].known;
+    let is_finite = |id: VariableId| model.variables[id].domain.is_finite();
+    let is_value = |known: &Known| match known.evidence {
+        Finding::Hard(_) => true,
+        Finding::Each => !is_finite(known.variable),
+        _ => false,
+    };
+    if model.plate.is_some() || known.is_empty() || !known.iter().all(is_value) {
+        return None;
+    }
+    let behind = relevant(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
+    let is_known = |id: VariableId| known.iter().any(|known| known.variable == id);
+    let (priors, observed) = parted(model, &behind, &is_known);
+    let kind = |variable: VariableId| kind_among(model, &priors, variable);
+    let fits = |id: &FactorId| {
+        let left = &model.factors[*id].left;
+        left.len() == 1
+            && is_known(left[0].variable)
+            && observed_fault(model, *id, &is_known, &kind).is_none()
+    };
+    (!priors.is_empty() && observed.iter().all(fits)).then(|| Conjugate {
+        asks: asks.to_vec(),
+        priors,
+        observed,
+    })
+}
+
+/// The conjugate priors among some factors, and the others; parents first.
+fn parted(
+    model: &Model,
+    factors: &[FactorId],
+    is_known: &dyn Fn(VariableId) -> bool,
+) -> (Vec<FactorId>, Vec<FactorId>) {
+    let is_prior = |id: &FactorId| {
+        let factor = &model.factors[*id];
+        let left = factor.left[0].variable;
+        let is_unknown = !is_known(left) && !model.variables[left].domain.is_finite();
+        let is_alone = factor.left.len() == 1 && of_form(model, *id).is_empty();
+        let kind = kind_of(model, &factor.form);
+        let is_whole = kind != Some(Kind::Alone) || model.variables[left].domain == Domain::Real;
+        is_unknown && is_alone && is_whole && kind.is_some()
+    };
+    model.parents_first(factors).into_iter().partition(is_prior)
+}
+
+/// The kind of a variable, where its prior is among these.
+fn kind_among(model: &Model, priors: &[FactorId], variable: VariableId) -> Option<Kind> {
+    let own = |id: &&FactorId| model.factors[**id].left[0].variable == variable;
+    priors.iter().find(own).and_then(|id| kind_of(model, &model.factors[*id].form))
+}
+
+/// Why what is observed by a factor has no conjugate prior.
+fn observed_fault(
+    model: &Model,
+    id: FactorId,
+    is_known: &dyn Fn(VariableId) -> bool,
+    kind: &dyn Fn(VariableId) -> Option<Kind>,
+) -> Option<String> {
+    let factor = &model.factors[id];
+    let head = model.head(factor);
+    let left = factor.left[0].variable;
+    let is_finite = model.variables[left].domain.is_finite();
+    if let Some(why) = refused_factor(model, factor) {
+        return Some(why);
+    }
+    let scope = of_form(model, id);
+    if let Some(hidden) = scope.iter().find(|parent| !is_known(**parent) && kind(**parent).is_none()) {
+        let hidden = model.variable_name(*hidden);
+        return Some(format!(
+            "`{head}` depends on `{hidden}`, which is neither observed nor has a conjugate prior"
+        ));
+    }
+    if is_finite && reads_counts(&factor.form) && scope.iter().any(|parent| kind(*parent).is_some()) {
+        return Some(format!(
+            "`{head}` is normalised over its range, so that its rate has no conjugate prior: declare the count as `real`"
+        ));
+    }
+    let is_vector = model.components(left) > 1 && !matches!(factor.form, Form::Multinomial { .. });
+    (is_vector || !is_conjugate(model, &factor.form, kind))
+        .then(|| format!("`{head}` is not of a form with a conjugate prior"))
 }
 
 /// Whether a form is or has a Poisson distribution.
@@ -170,7 +230,12 @@ fn reads_counts(form: &Form) -> bool {
 }
 
 /// Why an ask is not answered.
-fn refused_ask(model: &Model, ask: &Ask, is_unknown: &dyn Fn(VariableId) -> bool) -> Option<String> {
+fn refused_ask(
+    model: &Model,
+    ask: &Ask,
+    is_unknown: &dyn Fn(VariableId) -> bool,
+    has_prior: &dyn Fn(VariableId) -> bool,
+) -> Option<String> {
     let origin = |variable: VariableId| element_of(model, variable).map_or(variable, |use_| use_.variable);
     let finite = ask.searched.iter().filter(|item| model.variables[item.variable].domain.is_finite()).count();
     if let ([only], Statistic::Distribution) = (ask.searched.as_slice(), &ask.statistic)
@@ -184,7 +249,7 @@ fn refused_ask(model: &Model, ask: &Ask, is_unknown: &dyn Fn(VariableId) -> bool
         return (ask.searched.len() > 1)
             .then(|| "one finite variable is predicted at a time: ask for each".to_owned());
     }
-    if let Some(item) = ask.searched.iter().find(|item| !is_unknown(origin(item.variable))) {
+    if let Some(item) = ask.searched.iter().find(|item| !has_prior(origin(item.variable))) {
         let name = model.variable_name(item.variable);
         return Some(format!("`{name}` is neither finite nor has a conjugate prior"));
     }

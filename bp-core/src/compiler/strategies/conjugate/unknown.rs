@@ -5,6 +5,7 @@
 
 use crate::law::Law;
 use crate::posterior::NamedLaw;
+use crate::random::Random;
 use crate::special::ln_gamma;
 
 /// The distribution of an unknown.
@@ -16,6 +17,8 @@ pub(super) enum Unknown {
     Rate([f64; 2]),
     /// Proportions: a Dirichlet distribution.
     Proportions(Vec<f64>),
+    /// A number of which nothing is observed.
+    Alone(NamedLaw),
 }
 
 /// What is observed of an unknown, up to a factor that does not depend on it.
@@ -51,6 +54,7 @@ impl Unknown {
             Unknown::Probability(parameters) => ln_beta(parameters),
             Unknown::Proportions(parameters) => ln_beta(parameters),
             Unknown::Rate([shape, rate]) => ln_gamma(*shape) - shape * rate.ln(),
+            Unknown::Alone(_) => 0.0,
         }
     }
 
@@ -83,10 +87,33 @@ impl Unknown {
         match self {
             Unknown::Probability([a, b]) => NamedLaw { law: Law::Beta, parameters: [*a, *b, 0.0] },
             Unknown::Rate([shape, rate]) => NamedLaw { law: Law::Gamma, parameters: [*shape, *rate, 0.0] },
+            Unknown::Alone(law) => *law,
             Unknown::Proportions(all) => {
                 let others = all.iter().enumerate().filter(|(own, _)| *own != component);
                 let others = others.map(|(_, a)| a).sum();
                 NamedLaw { law: Law::Beta, parameters: [all[component], others, 0.0] }
+            }
+        }
+    }
+
+    /// A draw of its numbers.
+    pub(super) fn draw(&self, random: &mut Random) -> Vec<f64> {
+        match self {
+            Unknown::Probability(own) => vec![Law::Beta.draw(random, own)],
+            Unknown::Rate(own) => vec![Law::Gamma.draw(random, own)],
+            Unknown::Alone(own) => vec![own.draw(random)],
+            Unknown::Proportions(all) => {
+                // Each is a share of what the earlier ones leave.
+                let (mut left, mut drawn) = (1.0, Vec::with_capacity(all.len()));
+                for place in 0..all.len() {
+                    let others: f64 = all[place + 1..].iter().sum();
+                    let last = place + 1 == all.len();
+                    let share =
+                        if last { left } else { left * Law::Beta.draw(random, &[all[place], others]) };
+                    drawn.push(share);
+                    left -= share;
+                }
+                drawn
             }
         }
     }

@@ -6,7 +6,7 @@
 use super::{LinearEquation, Noise};
 use crate::distribution::{Instance, Setting, has_square, no_square};
 use crate::error::Error;
-use crate::ids::ParameterId;
+use crate::ids::{ExpressionId, ParameterId};
 use crate::law::Conditional;
 use crate::model::{Leaves, LinearForm, VariableUse};
 use crate::spelling::number as written;
@@ -58,6 +58,12 @@ impl<'s> Equations<'s> {
         let mut instances: Vec<Option<(&LinearEquation, Instance)>> = slots().map(|_| None).collect();
         for source in sources {
             for instance in setting.instances(source.factor)? {
+                let holds = |(condition, holds): &(ExpressionId, bool)| {
+                    (setting.expression(*condition, &instance, &[]) != 0.0) == *holds
+                };
+                if !source.when.iter().all(holds) {
+                    continue;
+                }
                 let slot = instance.left[0];
                 instances[slot] = Some((source, instance));
             }

@@ -24,6 +24,8 @@ pub struct LinearEquation {
     pub variable: VariableId,
     /// The factor.
     pub factor: FactorId,
+    /// The conditions on indices and parameters under which it holds, each true or false.
+    pub when: Vec<(ExpressionId, bool)>,
     /// Its mean, linear in its parents; `None` of a flat variable.
     pub mean: Option<ExpressionId>,
     /// Its own noise.
@@ -97,18 +99,7 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let factors = model.factors.values().filter(|factor| {
         factor.left.iter().any(|use_| relevant.contains(&use_.variable) && !predicate(use_.variable))
     });
-    let is_linear = |form: &Form| match form {
-        Form::Law { law: Law::Normal, arguments } => {
-            degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
-        }
-        Form::NormalVector { mean, covariance } => {
-            degree(*mean).is_some_and(|degree| degree <= 1)
-                && covariance.iter().flatten().all(|entry| degree(*entry) == Some(0))
-        }
-        Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
-        Form::Flat => !ask.when.is_over_time(),
-        _ => false,
-    };
+    let is_linear = |form: &Form| is_linear_form(form, &degree, ask, model.plate.is_none());
     let linear = factors.clone().all(|factor| match &factor.form {
         Form::Initial { first, later } => ask.when.is_over_time() && is_linear(first) && is_linear(later),
         form => is_linear(initial(form)),
@@ -118,6 +109,32 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
         !before(&factor.left[0]) || factor.right.iter().all(before)
     });
     reals && linear && first
+}
+
+/// Whether a form is normal, a Dirac or flat, with a mean that is linear; `chooses`: it may choose among such by what is known.
+fn is_linear_form(
+    form: &Form,
+    degree: &dyn Fn(ExpressionId) -> Option<u8>,
+    ask: &Ask,
+    chooses: bool,
+) -> bool {
+    let now = !ask.when.is_over_time();
+    match form {
+        Form::Law { law: Law::Normal, arguments } => {
+            degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
+        }
+        Form::NormalVector { mean, covariance } => {
+            degree(*mean).is_some_and(|degree| degree <= 1)
+                && covariance.iter().flatten().all(|entry| degree(*entry) == Some(0))
+        }
+        Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
+        Form::Flat => now,
+        Form::If { condition, then, otherwise } => {
+            let branch = |form: &Form| is_linear_form(form, degree, ask, chooses);
+            now && chooses && degree(*condition) == Some(0) && branch(then) && branch(otherwise)
+        }
+        _ => false,
+    }
 }
 
 /// Whether an ask searches this variable alone.
@@ -191,7 +208,7 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     for id in model.parents_first(&rest) {
         let factor = &model.factors[id];
         let variable = factor.left[0].variable;
-        let equation = |form: &Form| {
+        let equation = |form: &Form, when: Vec<(ExpressionId, bool)>| {
             let (mean, noise) = match form {
                 Form::Law { law: Law::Normal, arguments } => {
                     (Some(arguments[0]), Noise::Deviation(arguments[1]))
@@ -203,17 +220,27 @@ fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
                 Form::Flat => (None, Noise::Flat),
                 _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
             };
-            LinearEquation { variable, factor: id, mean, noise }
+            LinearEquation { variable, factor: id, when, mean, noise }
         };
         match &factor.form {
             form if model.variables[variable].previous_of.is_some() => {
-                initial_sources.push(equation(initial(form)));
+                initial_sources.push(equation(initial(form), Vec::new()));
             }
             Form::Initial { first: form, later } => {
-                first.push(equation(form));
-                sources.push(equation(later));
+                first.push(equation(form, Vec::new()));
+                sources.push(equation(later, Vec::new()));
             }
-            form => sources.push(equation(initial(form))),
+            form => {
+                let mut forms = vec![(initial(form), Vec::new())];
+                while let Some((form, when)) = forms.pop() {
+                    let Form::If { condition, then, otherwise } = form else {
+                        sources.push(equation(form, when));
+                        continue;
+                    };
+                    let with = |holds: bool| [&when[..], &[(*condition, holds)]].concat();
+                    forms.extend([(&**otherwise, with(false)), (&**then, with(true))]);
+                }
+            }
         }
     }
     let observed: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();

@@ -104,7 +104,7 @@ impl<'s> Blankets<'s> {
         let (mut nodes, mut reads, mut drawn, mut forward) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (number, part) in parts.into_iter().enumerate() {
             let instance = part.instance;
-            let form = &setting.model.factors[instance.factor].form;
+            let form = setting.form_at(instance);
             let slots: Vec<usize> = instance.left.iter().copied().filter(hidden).collect();
             let is_determined = !slots.is_empty() && is_point(form, instance.component);
             let clump = instance.left.iter().chain(&part.reads).find_map(|slot| finite.clump(*slot));
@@ -230,44 +230,6 @@ impl<'s> Blankets<'s> {
         Ok(())
     }
 
-    /// Refuses a flat variable whose density, given all others, falls too slowly to have a total: not faster than 1/x far from 0,
-    /// or than 1/x rises towards 0.
-    ///
-    /// # Errors
-    /// The posterior is improper.
-    pub(super) fn check_tails(&self, values: &mut [f64], memory: &mut Memory) -> Result<(), Error> {
-        for site in &self.sites {
-            let own = site.blanket.iter().find_map(|node| match &self.nodes[*node] {
-                Node::Weighed(instance) if instance.left.contains(&site.slot) => Some(instance),
-                _ => None,
-            });
-            let Some(own) = own.filter(|instance| self.is_flat(instance)) else { continue };
-            let before = values[site.slot];
-            let other = if self.is_half_flat(own) { [1e-20, 1e-24] } else { [-1e20, -1e24] };
-            for tail in [[1e20, 1e24], other] {
-                let ln = tail.map(|value| {
-                    values[site.slot] = value;
-                    self.ln_conditional(site, values, memory).unwrap_or(f64::NEG_INFINITY)
-                });
-                let steps = (tail[1].abs() / tail[0].abs()).ln();
-                let slope = (ln[1] - ln[0]) / steps;
-                let has_total =
-                    ln[1] == f64::NEG_INFINITY || if steps > 0.0 { slope < -1.001 } else { slope > -0.999 };
-                if !has_total {
-                    let name = self.setting.slot_name(site.slot);
-                    let reason = format!(
-                        "the posterior is improper: the observations do not bound `{name}`, which is flat; observe more, or give \
-                         a proper form such as `normal(0, 100)` or `half_normal(100)`"
-                    );
-                    return Err(Error::Unplanned { question: self.setting.model.name.clone(), reason });
-                }
-            }
-            values[site.slot] = before;
-            self.ln_conditional(site, values, memory)?;
-        }
-        Ok(())
-    }
-
     /// Takes back what [`Blankets::complete`] has added.
     pub(super) fn withdraw(&self, values: &mut [f64]) {
         self.finite.withdraw(values);
@@ -283,22 +245,25 @@ impl<'s> Blankets<'s> {
     }
 
     /// Whether its form is `flat` or `half_flat`.
-    fn is_flat(&self, instance: &Instance) -> bool {
+    pub(super) fn is_flat(&self, instance: &Instance) -> bool {
         matches!(self.setting.model.factors[instance.factor].form, Form::Flat | Form::HalfFlat)
     }
 
-    fn is_half_flat(&self, instance: &Instance) -> bool {
+    pub(super) fn is_half_flat(&self, instance: &Instance) -> bool {
         matches!(self.setting.model.factors[instance.factor].form, Form::HalfFlat)
     }
 
-    /// An observed slot whose Dirac depends on several sites.
+    /// An observed slot whose Dirac depends on several sites; a predicate of reals leaves each of them an interval.
     fn tied(&self) -> Option<usize> {
         self.nodes.iter().enumerate().find_map(|(position, node)| {
             let Node::Weighed(instance) = node else { return None };
             let observed = |slot: &usize| !self.observations.values[*slot].is_nan();
             let is_dirac = has_point(&self.setting.model.factors[instance.factor].form);
-            let sites = self.sites.iter().filter(|site| site.blanket.contains(&position)).count();
-            (is_dirac && sites > 1 && instance.left.iter().all(observed)).then_some(instance.left[0])
+            let sites = self.sites.iter().filter(|site| site.blanket.contains(&position));
+            let left = &self.setting.model.variables[self.setting.variable_of(instance.left[0])];
+            let leaves_room = left.domain.is_finite() && sites.clone().all(|site| site.count.is_none());
+            (is_dirac && !leaves_room && sites.count() > 1 && instance.left.iter().all(observed))
+                .then_some(instance.left[0])
         })
     }
 
@@ -337,6 +302,11 @@ impl<'s> Blankets<'s> {
             Node::Weighed(instance) if self.is_flat(instance) => {
                 let outside = self.is_half_flat(instance) && values[instance.left[0]] <= 0.0;
                 Ok(if outside { f64::NEG_INFINITY } else { 0.0 })
+            }
+            Node::Weighed(instance)
+                if instance.left.iter().all(|slot| !self.observations.values[*slot].is_nan()) =>
+            {
+                self.setting.ln_density(instance, values)
             }
             Node::Weighed(instance) => {
                 let distribution = self.setting.distribution(instance, values)?;

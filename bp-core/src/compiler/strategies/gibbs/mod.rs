@@ -16,6 +16,7 @@ mod linear_rest;
 mod signature;
 mod sites;
 mod slice;
+mod tails;
 
 pub(crate) use derive::derivation;
 pub(crate) use integrated::{chooses_labels, integrated};
@@ -50,6 +51,12 @@ const CHAINS: usize = 8;
 /// The least number of sweeps of a chain.
 const FEWEST_SWEEPS: usize = 20;
 
+/// The least number of draws of a chain that is interrupted, which its diagnostics need.
+const FEWEST_DRAWS: usize = 4;
+
+/// The chains are advanced together in so many rounds.
+const ROUNDS: usize = 64;
+
 /// The first 1/`BURN_IN` of the sweeps is discarded, while a chain approaches its stationary law.
 const BURN_IN: usize = 5;
 
@@ -80,35 +87,41 @@ pub fn gibbs(
         let mut values = beginning(&blankets, &mut memory, &mut random)?;
         blankets.check_tails(&mut values, &mut memory)?;
         let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
-        let mut chain = Chain { blankets: &blankets, values, slices, memory, random };
-        let mut draws = Vec::new();
-        for sweep in 0..sweeps {
-            if !work.goes_on() {
-                break;
-            }
-            let burns_in = sweep < sweeps / BURN_IN;
-            for site in 0..blankets.sites.len() {
-                chain.renew(site, burns_in)?;
-            }
-            if !burns_in {
-                blankets.complete(&mut chain.values, &mut chain.memory, &mut chain.random)?;
-                draws.extend(kept.iter().map(|slot| chain.values[*slot]));
-                blankets.withdraw(&mut chain.values);
-            }
-        }
-        Ok(draws)
+        Ok(Chain { blankets: &blankets, values, slices, memory, random, draws: Vec::new() })
     };
-    let mut all: Vec<Vec<f64>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
-    // When the work is interrupted, all chains are cut to the length of the shortest.
-    let mut length = sweeps - sweeps / BURN_IN;
-    if progress::is_stopped() && !kept.is_empty() {
-        length = all.iter().map(Vec::len).min().unwrap_or(0) / kept.len();
-        all.iter_mut().for_each(|chain| chain.truncate(length * kept.len()));
-        if length < FEWEST_SWEEPS / 2 {
-            return Err(Error::Interrupted);
+    let mut chains: Vec<Chain<'_>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
+    // In rounds, so that chains that are interrupted have nearly the same length.
+    let round = sweeps.div_ceil(ROUNDS);
+    for first in (0..sweeps).step_by(round) {
+        let swept = chains.par_iter_mut().map(|chain| {
+            for sweep in first..(first + round).min(sweeps) {
+                if !work.goes_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
+                    break;
+                }
+                if sweep == sweeps / BURN_IN {
+                    chain.draws.clear();
+                }
+                chain.sweep(sweep < sweeps / BURN_IN, kept)?;
+            }
+            Ok(())
+        });
+        swept.collect::<Result<(), Error>>()?;
+        if progress::is_stopped() && chains[0].draws.len() >= FEWEST_DRAWS * kept.len() {
+            break;
         }
     }
-    Ok(Draws::chained(all.concat(), kept.len(), CHAINS * length, length))
+    // When the work is interrupted, all chains have the length of the shortest, without the first part of it.
+    let mut length = sweeps - sweeps / BURN_IN;
+    if progress::is_stopped() && !kept.is_empty() {
+        let made = chains.iter().map(|chain| chain.draws.len() / kept.len()).min().unwrap_or(0);
+        length = length.min(made - (made / BURN_IN).min(made.saturating_sub(FEWEST_DRAWS)));
+    }
+    let last = |chain: &Chain<'_>| {
+        let end = chain.draws.len().min(kept.len() * (sweeps - sweeps / BURN_IN));
+        chain.draws[end - length * kept.len()..end].to_vec()
+    };
+    let all: Vec<f64> = chains.iter().flat_map(last).collect();
+    Ok(Draws::chained(all, kept.len(), CHAINS * length, length))
 }
 
 /// A prior draw under which the evidence has a positive density.
@@ -129,9 +142,22 @@ struct Chain<'b> {
     slices: Vec<Slice>,
     memory: Memory,
     random: Random,
+    /// The kept slots of each sweep, of the burn-in only while it lasts.
+    draws: Vec<f64>,
 }
 
 impl Chain<'_> {
+    /// Draws each site once, and all that is kept.
+    fn sweep(&mut self, burns_in: bool, kept: &[usize]) -> Result<(), Error> {
+        for site in 0..self.blankets.sites.len() {
+            self.renew(site, burns_in)?;
+        }
+        self.blankets.complete(&mut self.values, &mut self.memory, &mut self.random)?;
+        self.draws.extend(kept.iter().map(|slot| self.values[*slot]));
+        self.blankets.withdraw(&mut self.values);
+        Ok(())
+    }
+
     /// Draws one site from its full conditional.
     fn renew(&mut self, number: usize, burns_in: bool) -> Result<(), Error> {
         let blankets = self.blankets;

@@ -105,7 +105,7 @@ pub(super) fn summed<'s, 'p>(
     let (mut slots, mut excluded, mut summands) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
     for part in needed {
         let left = &part.instance.left;
-        let form = &setting.model.factors[part.instance.factor].form;
+        let form = setting.form_at(part.instance);
         let is_real = !is_finite(setting, left[0]);
         let moves =
             is_real && left.iter().any(|slot| hidden(*slot)) && is_point(form, part.instance.component);

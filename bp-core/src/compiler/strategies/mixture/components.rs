@@ -40,17 +40,14 @@ pub(super) fn components(
         .map(|(value, linear)| if *linear { f64::NAN } else { *value })
         .collect();
     let mut all = vec![Component { ln_weight: 0.0, values, points: 0, law: SlotLaw::new(true) }];
-    for factor in &route.factors {
-        for instance in setting.instances(*factor)? {
-            let real = linear[instance.left[0]];
-            let step = |component: Component| match real {
-                true => extended(setting, &instance, &linear, observations, component),
-                false => branched(setting, &instance, observations, component),
-            };
-            let branches: Vec<Vec<Component>> =
-                all.into_par_iter().map(step).collect::<Result<_, Error>>()?;
-            all = branches.into_iter().flatten().collect();
-        }
+    for instance in setting.in_order(&route.factors)? {
+        let real = linear[instance.left[0]];
+        let step = |component: Component| match real {
+            true => extended(setting, &instance, &linear, observations, component),
+            false => branched(setting, &instance, observations, component),
+        };
+        let branches: Vec<Vec<Component>> = all.into_par_iter().map(step).collect::<Result<_, Error>>()?;
+        all = branches.into_iter().flatten().collect();
     }
     // A value that has a probability in some components has the density 0 beside it in the others.
     let points = all.iter().map(|component| component.points).max();

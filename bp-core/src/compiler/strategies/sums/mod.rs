@@ -22,6 +22,10 @@ impl super::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         match turn.by_tree && !turn.forced {
             true => Err(refused(model, asks, "building a join tree takes less time than writing loops")),
+            false if relevant(model, asks).iter().any(|id| !model.earlier(*id).is_empty()) => {
+                let reason = "a family depends on its own earlier elements: sums take them one by one, once its length is given";
+                Err(refused(model, asks, reason))
+            }
             false => {
                 let exact = equation::exact(model, asks.to_vec(), turn.options)?;
                 match relevant(model, asks).into_iter().find_map(|id| coupled(model, id)) {

@@ -49,9 +49,23 @@ fn answers(
     kept.sort_unstable();
     kept.dedup();
     fits(model.ask_text(ask), &kept, sampling)?;
-    let drawn = match route.by {
+    let weighted = || {
+        let posterior = route.conjugate.as_ref();
+        let posterior =
+            posterior.map(|it| it.marginal(&setting, ask, observations.values.clone())).transpose()?;
+        weigh(&setting, &route.steps, &observations, posterior.as_ref(), &kept, sampling)
+    };
+    let mut by = route.by;
+    let drawn = match by {
         Strategy::Gibbs => gibbs(&setting, &route.steps, &observations, &route.integrated, &kept, sampling),
-        _ => weigh(&setting, &route.steps, &observations, &kept, sampling),
+        _ => weighted(),
+    };
+    let drawn = match drawn {
+        Err(Error::Unplanned { .. } | Error::Unmet { .. }) if route.or_weighting => {
+            by = Strategy::Weighting;
+            weighted()
+        }
+        drawn => drawn,
     };
     let unmet = match &drawn {
         Ok(draws) => draws.is_impossible().then(|| draws.count()),
@@ -67,7 +81,7 @@ fn answers(
         .iter()
         .any(|known| !matches!(known.evidence, Finding::Each) || known_real(model, known.variable));
     let one = |ask: &Ask| {
-        let mut answer = answer(&setting, ask, &draws, &kept, (sampling, route.by), known)?;
+        let mut answer = answer(&setting, ask, &draws, &kept, (sampling, by), known)?;
         if let (Some(estimate), true) = (&mut answer.estimate, route.over_budget) {
             let others = estimate.warning.take().map_or_else(String::new, |other| format!("; {other}"));
             estimate.warning = Some(format!("{}, so the answer is estimated{others}", route.reason));
@@ -290,7 +304,12 @@ fn cells(
             let same = |(at, value): (&usize, &usize)| draws.value(draw, *at) == *value as f64;
             f64::from(u8::from(positions.iter().zip(&values).all(same)))
         };
-        let [p, error] = draws.mean(agrees);
+        let [p, mut error] = draws.mean(agrees);
+        // Where no draw, or each, has it: the deviation of a share of which nothing else is known.
+        let is_predicate = |slot: &usize| model.is_predicate(setting.variable_of(*slot));
+        if error == 0.0 && finite.iter().all(is_predicate) {
+            error = 1.0 / (draws.effective().max(1.0) + 2.0);
+        }
         let name = |(slot, value): (&usize, &usize)| {
             let domain = &model.variables[setting.variable_of(*slot)].domain;
             (setting.slot_name(*slot), domain.value_name(*value))

@@ -14,6 +14,7 @@ use crate::ids::FactorId;
 use crate::progress::Work;
 use crate::random::Random;
 use crate::sample::{Draws, Observations, Sampling, Streams};
+use crate::strategies::conjugate::Marginal;
 use rayon::prelude::*;
 
 /// A step of a route, with its instances.
@@ -23,18 +24,23 @@ pub(crate) struct Step {
     pub(crate) dirac: Option<Instance>,
 }
 
-/// Draws by likelihood weighting; keeps the slots `kept`.
+/// Draws by likelihood weighting, of some unknowns from their `posterior`; keeps the slots `kept`.
 ///
 /// # Errors
 /// A parameter outside the range that its law accepts; a Dirac that cannot be solved.
-pub fn weigh(
+pub(crate) fn weigh(
     setting: &Setting<'_>,
     steps: &[(FactorId, Treatment)],
     observations: &Observations,
+    posterior: Option<&Marginal>,
     kept: &[usize],
     sampling: Sampling,
 ) -> Result<Draws, Error> {
-    let steps = instances(setting, steps)?;
+    let mut steps = instances(setting, steps)?;
+    if let Some(posterior) = posterior {
+        let is_left = |instance: &Instance| !posterior.accounts_for(instance, &observations.values);
+        steps.iter_mut().for_each(|step| step.instances.retain(is_left));
+    }
     let streams = Streams::new(sampling.seed, "weighting");
     let work = Work::of(sampling.particles);
     let draw = |number: usize| {
@@ -42,7 +48,13 @@ pub fn weigh(
             return Ok(None);
         }
         let mut values = observations.values.clone();
-        let ln_weight = draw_one(setting, &steps, observations, &mut streams.stream(number), &mut values)?;
+        let mut random = streams.stream(number);
+        let mut ln_weight = 0.0;
+        if let Some(posterior) = posterior {
+            posterior.draw(&mut random, &mut values);
+            ln_weight += posterior.ln_evidence;
+        }
+        ln_weight += draw_one(setting, &steps, observations, &mut random, &mut values)?;
         Ok(Some((ln_weight, kept.iter().map(|slot| values[*slot]).collect::<Vec<f64>>())))
     };
     let all: Vec<Option<(f64, Vec<f64>)>> =
@@ -65,7 +77,18 @@ pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) 
         };
         Ok(Step { instances: setting.instances(*factor)?, dirac })
     };
-    steps.iter().map(of).collect()
+    let steps: Vec<Step> = steps.iter().map(of).collect::<Result<_, Error>>()?;
+    if !setting.model.is_recursive() {
+        return Ok(steps);
+    }
+    // Elements of several families may alternate: a step for each instance.
+    let each = |Step { instances, dirac }: Step| {
+        instances.into_iter().map(move |instance| (instance, dirac.clone())).collect::<Vec<_>>()
+    };
+    let apart = steps.into_iter().flat_map(each).collect();
+    let sorted = setting.sorted(apart, |(instance, dirac)| (instance, dirac.as_ref()));
+    let step = |(instance, dirac)| Step { instances: vec![instance], dirac };
+    Ok(sorted.into_iter().map(step).collect())
 }
 
 /// Makes one draw in `values`, which already holds the observations; returns its ln weight.
@@ -102,11 +125,11 @@ pub(crate) fn draw_or_weigh(
     random: &mut Random,
     values: &mut [f64],
 ) -> Result<f64, Error> {
-    let distribution = setting.distribution(instance, values)?;
     let observed = |slot: &usize| !observations.values[*slot].is_nan();
     if instance.left.iter().all(observed) {
-        return Ok(distribution.ln_density(setting.left_value(instance, values)));
+        return setting.ln_density(instance, values);
     }
+    let distribution = setting.distribution(instance, values)?;
     let distribution = match distribution {
         Distribution::Wide(probabilities) if instance.left.len() > 1 => {
             Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect())

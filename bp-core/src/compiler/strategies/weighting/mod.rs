@@ -9,8 +9,7 @@ mod offer;
 mod refusal;
 
 pub(crate) use answer::{FEW, part, rows};
-pub use draw::weigh;
-pub(crate) use draw::{Step, draw_or_weigh, instances, solve};
+pub(crate) use draw::{Step, draw_or_weigh, instances, solve, weigh};
 pub(crate) use offer::{Engine, drawn, excludes, has_point, relevant};
 pub use offer::{Sampled, Treatment};
 pub(crate) use refusal::refused_factor;

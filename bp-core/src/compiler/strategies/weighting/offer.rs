@@ -13,6 +13,7 @@ use crate::equation::{Line, Notation, Strategy, is_proper, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
+use crate::strategies::conjugate::{Conjugate, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::{BTreeSet, HashSet};
@@ -45,10 +46,14 @@ pub struct Sampled {
     pub integrated: Vec<VariableId>,
     /// Whether there are so many observations that few draws of the prior agree with them.
     pub(crate) many: bool,
+    /// The unknowns of what is observed, where their posteriors are known: they are drawn from these.
+    pub(crate) conjugate: Option<Conjugate>,
     /// Whether the elements of a family depend on hidden finite elements of their own.
     labels: bool,
     /// Whether a long family is observed, and a real on which others depend is drawn.
     long: bool,
+    /// Whether weighted draws answer where no chain moves.
+    pub(crate) or_weighting: bool,
 }
 
 /// Whether a variable is a family of many elements, or of a number that is given at run time, as rows are.
@@ -117,10 +122,25 @@ fn offer(
         Strategy::Gibbs => integrated(model, &steps, &observed, &known),
         _ => Vec::new(),
     };
+    // Named by the user, it weighs draws of the prior.
+    let conjugate = if turn.forced { None } else { marginalised(model, &asks) };
     let many = known.len() > MANY || known.iter().any(|id| model.variables[*id].family.is_some());
     let labels = factors.iter().any(|id| chooses_labels(model, *id, &observed));
-    let long = known.iter().any(|id| is_long(model, *id)) && moves_reals(model, &steps);
-    Ok(Sampled { asks, steps, reason, over_budget: turn.over_budget, by, integrated, many, labels, long })
+    let long = known.len() > MANY || known.iter().any(|id| is_long(model, *id));
+    let long = long && moves_reals(model, &steps);
+    Ok(Sampled {
+        asks,
+        steps,
+        reason,
+        over_budget: turn.over_budget,
+        by,
+        integrated,
+        many,
+        conjugate,
+        labels,
+        long,
+        or_weighting: false,
+    })
 }
 
 /// The strategy.
@@ -285,10 +305,11 @@ fn ordered(
         factors.iter().copied().filter(|id| solved.iter().all(|(_, dirac)| dirac != id)).collect();
     let observed: HashSet<VariableId> = observed.iter().copied().collect();
     let dirac_of = |id: &FactorId| solved.iter().find(|(parent, _)| parent == id).map(|(_, dirac)| *dirac);
-    // Observed values are available from the start.
+    // Observed values are available from the start; earlier elements of families are put in order with all instances.
     let needs = |id: &FactorId| {
+        let earlier = model.earlier(*id);
         let dirac = dirac_of(id).map(|dirac| of_form(model, dirac)).unwrap_or_default();
-        let all = of_form(model, *id).into_iter().chain(dirac);
+        let all = of_form(model, *id).into_iter().filter(|need| !earlier.contains(need)).chain(dirac);
         all.filter(|need| !observed.contains(need)).collect::<Vec<_>>()
     };
     let gives = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable).collect::<Vec<_>>();
@@ -315,12 +336,12 @@ fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool 
 }
 
 impl Sampled {
-    /// Whether chains are preferred to weighted draws, or to nothing if these are `refused`: where there are many
-    /// observations, with which few draws of the prior agree, and chains integrate reals out or sum over the labels of a family;
-    /// and wherever a long family is observed beside hidden reals.
+    /// Whether chains are preferred to weighted draws: where these are `refused`; where there are many observations, with which few
+    /// draws of the prior agree, and chains integrate reals out or sum over the labels of a family; and wherever a long family or many
+    /// variables are observed beside hidden reals. Draws of a conjugate posterior need no chains.
     pub(crate) fn is_preferred(&self, refused: bool) -> bool {
         let marginalises = self.labels || !self.integrated.is_empty();
-        (self.many || refused) && marginalises || self.long
+        refused || self.conjugate.is_none() && (self.many && marginalises || self.long)
     }
 
     /// The estimator, as lines: which variables are drawn, which are weighed.

@@ -119,7 +119,13 @@ impl Checker<'_> {
         if written.initial {
             return self.initial_factor(written, Factor { left, right, form: Form::Uniform, products });
         }
-        let id = self.model.push_factor(Factor { left, right, form: Form::Uniform, products });
+        let own = Factor { left, right, form: Form::Uniform, products };
+        if let Some((range, whole)) = self.range_of(&own)
+            && range != whole
+        {
+            return self.piece(written, own, range, whole);
+        }
+        let id = self.model.push_factor(own);
         self.factor_spans.insert(id, written.at.0);
         // A second factor with the same head is reported by the model: its variable has two distributions.
         self.factors.entry(key(written)).or_insert(id);
@@ -183,8 +189,16 @@ impl Checker<'_> {
             (Some(family), [index]) => {
                 let scope = Scope::of_indices(products);
                 let element = self.index(index, &family.over, &scope)?;
-                let is_product = matches!(self.model.so_far().expressions[element], Expression::Index(_));
-                if is_left && !is_product {
+                let is_one = match self.model.so_far().expressions[element] {
+                    Expression::Index(_) => true,
+                    Expression::Number(at) => {
+                        products.is_empty()
+                            && at.fract() == 0.0
+                            && matches!(family.over, IndexSpace::Range(_))
+                    }
+                    _ => false,
+                };
+                if is_left && !is_one {
                     let message = format!("the elements of `{name}` are distributed under a product");
                     self.complain_and_help(span, message, format!("write `prod(j) {{ P({name}[j] | …) }}`"));
                     return None;

@@ -34,6 +34,10 @@ impl Checker<'_> {
                 self.initial_form(&key, definition);
                 continue;
             }
+            if self.is_piece(&key) {
+                self.piece_form(&key, definition);
+                continue;
+            }
             let Some(factor) = self.factors.get(&key).copied() else {
                 if !self.broken_heads.contains(&key) {
                     self.form_without_factor(definition);
@@ -54,9 +58,10 @@ impl Checker<'_> {
                 }
             }
         }
+        let wholes = self.join_pieces();
         self.join_initials();
-        let missing: Vec<FactorId> =
-            self.model.so_far().factors.ids().filter(|id| !given.contains_key(id)).collect();
+        let missing = |id: &FactorId| !given.contains_key(id) && !wholes.contains(id);
+        let missing: Vec<FactorId> = self.model.so_far().factors.ids().filter(missing).collect();
         for factor in missing {
             self.broken_forms.insert(factor);
             let model = self.model.so_far();

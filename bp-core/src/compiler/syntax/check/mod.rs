@@ -17,8 +17,10 @@ mod forms;
 mod functions;
 mod initial;
 mod linked_forms;
+mod lists;
 mod named_forms;
 mod operators;
+mod pieces;
 mod predicates;
 mod questions;
 mod quotes;
@@ -128,6 +130,9 @@ struct Checker<'p> {
     factors: HashMap<String, FactorId>,
     /// The factors of the first instant.
     initials: Vec<initial::Initial>,
+    /// The factors of some elements of families; and for each such family its factor, with the places of its pieces.
+    pieces: Vec<pieces::Piece>,
+    wholes: Vec<(FactorId, Vec<usize>)>,
     /// Heads of wrong factors, whose forms are not checked.
     broken_heads: HashSet<String>,
     /// Variables with a wrong declaration or factor: no further errors are reported for them.
@@ -154,6 +159,8 @@ impl<'p> Checker<'p> {
             ask_spans: HashMap::new(),
             factors: HashMap::new(),
             initials: Vec::new(),
+            pieces: Vec::new(),
+            wholes: Vec::new(),
             broken_heads: HashSet::new(),
             broken_variables: HashSet::new(),
             broken_forms: HashSet::new(),
@@ -192,6 +199,7 @@ impl<'p> Checker<'p> {
                 self.terms(terms, &mut Vec::new());
             }
         });
+        self.bind_pieces();
         self.bind_initials();
         let mut definitions = Vec::new();
         each(&mut |kind| {

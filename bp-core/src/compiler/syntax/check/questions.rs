@@ -6,6 +6,7 @@
 
 use super::derived::{Found, derives, nothing};
 use super::functions::ordinal_of;
+use super::lists::spread;
 use super::names::{did_you_mean, listed, near};
 use super::{Checker, constant, number, words};
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -25,6 +26,7 @@ impl Checker<'_> {
         let mut derived = Vec::new();
         for written in asks {
             let before = self.wrong.0.len();
+            let written = &*spread(self.model.so_far(), written, &mut self.wrong);
             let found = self.derive(written, &mut derived);
             let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
             // Do not report a second error for the same ask.
@@ -44,6 +46,7 @@ impl Checker<'_> {
 pub(super) fn typed(model: &Model, written: &[ast::Ask], wrong: &mut Diagnostics) -> Question {
     let (mut derived, mut asks) = (Vec::new(), Vec::new());
     for written in written {
+        let written = &*spread(model, written, wrong);
         let mut found = Found::new();
         if derives(written) {
             let program = nothing();

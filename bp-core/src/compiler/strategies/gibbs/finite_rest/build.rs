@@ -124,7 +124,7 @@ impl<'s> FiniteRest<'s> {
                 };
                 let mut key =
                     vec![instance.factor.position() as u64, instance.component as u64, parents.len() as u64];
-                let form = &setting.model.factors[instance.factor].form;
+                let form = setting.form_at(instance);
                 form.each_expression(&mut |id| key.extend(signature(setting, id, instance, &place)));
                 key.extend(setting.looked_up(instance).into_iter().map(place));
                 if form.couples() || matches!(form, Form::Weights(_)) {

@@ -67,7 +67,7 @@ impl<'s> LinearRest<'s> {
     ) -> Result<bool, Error> {
         let setting = self.setting;
         let slot = instance.left[0];
-        let form = &setting.model.factors[instance.factor].form;
+        let form = setting.form_at(instance);
         let new_unknown = |rest: &mut Self| {
             rest.places.insert(slot, Place::Unknown(rest.unknowns.len()));
             rest.unknowns.push(slot);

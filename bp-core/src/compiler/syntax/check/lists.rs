@@ -1,0 +1,70 @@
+//! Lists as evidence: `Y = [28, 8, -3]` gives each element of a family, or each component of a vector, a value.
+//!
+//! In: an ask as written. Out: the same ask with an item for each value. Invariant: a list of another length is an error.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::model::{Domain, IndexSpace, Model};
+use crate::syntax::ast::{Ask, Expr, ExprKind, Finding, Item, Occurrence, Subject, Value, ValueKind};
+use std::borrow::Cow;
+
+/// The ask with lists spread over elements.
+pub(super) fn spread<'a>(model: &Model, ask: &'a Ask, wrong: &mut Diagnostics) -> Cow<'a, Ask> {
+    let from = ask.from.iter().flat_map(|from| &from.distribution.known);
+    if !ask.distribution.known.iter().chain(from).any(|item| list(item).is_some()) {
+        return Cow::Borrowed(ask);
+    }
+    let mut ask = ask.clone();
+    let from = ask.from.iter_mut().map(|from| &mut from.distribution);
+    for distribution in std::iter::once(&mut ask.distribution).chain(from) {
+        let items = std::mem::take(&mut distribution.known);
+        distribution.known = items.into_iter().flat_map(|item| elements(model, item, wrong)).collect();
+    }
+    Cow::Owned(ask)
+}
+
+fn list(item: &Item) -> Option<&[Value]> {
+    match &item.evidence {
+        Some(Finding::Hard(Value { kind: ValueKind::List(values), .. })) => Some(values),
+        _ => None,
+    }
+}
+
+/// An item for each value of a list.
+fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
+    let Some(values) = list(&item) else { return vec![item] };
+    let (name, before) = match &item.subject {
+        Subject::Variable(occurrence) if occurrence.index.is_empty() => (&occurrence.name, occurrence.before),
+        Subject::Slice(name, _) => (name, false),
+        _ => return vec![item],
+    };
+    let spoken = if before { format!("{}^-1", name.text) } else { name.text.clone() };
+    let Some(variable) = model.variable(&spoken).map(|id| &model.variables[id]) else { return vec![item] };
+    let bound = |bound: &crate::syntax::ast::Bound| match (&bound.name, &bound.offset) {
+        (None, Some((sign, text))) => super::integer(*sign, text),
+        _ => None,
+    };
+    let (first, count) = match (&item.subject, variable.family.map(|family| family.over), &variable.domain) {
+        (Subject::Slice(_, range), Some(_), _) => {
+            let (Some(low), high) = (bound(&range.low), bound(&range.high)) else { return vec![item] };
+            (low, high.map(|high| (high - low + 1).max(0) as usize))
+        }
+        (_, Some(IndexSpace::Set(_)), _) => (0, None),
+        (_, Some(over), _) => (over.first(), model.index_count(&over)),
+        (_, None, Domain::Vector(length)) => (0, Some(*length)),
+        _ => return vec![item],
+    };
+    if count.is_some_and(|count| count != values.len()) {
+        let (count, found) = (count.unwrap_or(0), values.len());
+        let what = if variable.family.is_some() { "elements" } else { "components" };
+        let message = format!("`{}` has {count} {what}, but {found} values are given", name.text);
+        wrong.push(Diagnostic::new(item.at.0, message));
+        return Vec::new();
+    }
+    let one = |(place, value): (i64, &Value)| {
+        let index = vec![Expr { at: value.at, kind: ExprKind::Number((first + place).to_string()) }];
+        let occurrence = Occurrence { at: value.at, name: name.clone(), index, before };
+        let evidence = Some(Finding::Hard(value.clone()));
+        Item { at: value.at, subject: Subject::Variable(occurrence), evidence }
+    };
+    (0..).zip(values).map(one).collect()
+}
