@@ -40,7 +40,7 @@ impl Recording {
     /// # Errors
     /// A file or folder that is missing; readings of more than 256 MiB; a row that is not seven numbers; fewer than two frames.
     pub fn read(folder: &Path) -> Result<Self, Error> {
-        let wrong = |path: &Path, reason: String| VisionError::ImageFile { path: path.to_path_buf(), reason };
+        let wrong = |path: &Path, reason: String| VisionError::File { path: path.to_path_buf(), reason };
         let cameras = ["cam0", "cam1"].map(|camera| {
             let (inner, outer) = (folder.join(camera).join("data"), folder.join(camera));
             if inner.is_dir() { inner } else { outer }
@@ -121,7 +121,7 @@ impl Posture {
         let Some(first) = before.next() else {
             let (path, reason) =
                 (recording.frames[0].1.clone(), "there is no inertial reading before this frame".to_owned());
-            return Err(VisionError::ImageFile { path, reason }.into());
+            return Err(VisionError::File { path, reason }.into());
         };
         let mut filter = inertial::Inertial::new(Noise::default(), 0.0);
         filter.start(first.specific_force.into());

@@ -208,7 +208,8 @@ impl fmt::Display for Impossible {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let Self { question, reason } = self;
         let reason = reason.as_deref().unwrap_or("the observations exclude each other");
-        write!(f, "the evidence of `{question}` has probability zero: {reason}")
+        let what = if question.contains('|') { "the evidence of " } else { "" };
+        write!(f, "{what}`{question}` has probability zero: {reason}")
     }
 }
 

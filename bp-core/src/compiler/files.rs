@@ -71,8 +71,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         Err(error) => return Err(error),
     };
     // `/dev/stdout` may be a regular file that others write too.
-    let stream = path.starts_with("/dev") || path.starts_with("/proc");
-    if !found.is_file() || stream || names(&found) > 1 {
+    if !found.is_file() || is_stream(path) || names(&found) > 1 {
         return through(path, bytes);
     }
     // Renaming would circumvent the write protection of the file.
@@ -85,6 +84,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
         Err(error) if error.kind() == ErrorKind::PermissionDenied => through(&target, bytes),
         done => done,
     }
+}
+
+/// Whether a path names a device or an open file, such as `/dev/stdin`.
+pub fn is_stream(path: &Path) -> bool {
+    path.starts_with("/dev") || path.starts_with("/proc")
 }
 
 /// Refuses the name of a folder instead of a file.
@@ -117,7 +121,7 @@ fn replaced(path: &Path, bytes: &[u8]) -> Result<()> {
 /// Writes to an existing file.
 fn through(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut options = OpenOptions::new();
-    match path.starts_with("/dev") || path.starts_with("/proc") {
+    match is_stream(path) {
         true => options.append(true),
         false => options.write(true).create(true).truncate(true),
     };

@@ -114,8 +114,14 @@ fn by_tree(
     let (model, _) = opened.model.posed(&question);
     let inputs = sizes(&model, records, program.settings.inputs())?;
     let named = Named::with(model.into_owned(), &opened.known, &inputs)?;
-    let columns: Vec<(usize, Values<'_>)> = (records.columns.iter())
-        .map(|name| named.number_of(name).map(|variable| (variable, named.values(variable))))
+    let names = program.variables();
+    let unknown = |column: usize| records.unknown(column, names.iter().map(String::as_str));
+    let columns: Vec<(usize, Values<'_>)> = (records.columns.iter().enumerate())
+        .map(|(column, name)| match (named.number_of(name), program.model().variable(name)) {
+            (Ok(variable), _) => Ok((variable, named.values(variable))),
+            (Err(error), Some(_)) => Err(error),
+            (Err(_), None) => Err(unknown(column)),
+        })
         .collect::<Result<_, _>>()?;
     let always = named.evidence([], [])?;
     let case = |row: usize| -> Result<NetworkEvidence, Error> {
@@ -158,11 +164,11 @@ fn each(
 ) -> Result<Batch, Error> {
     let model = program.model();
     let mut columns: Vec<(VariableId, Values<'_>)> = Vec::new();
-    for name in &records.columns {
+    let names = program.variables();
+    for (column, name) in records.columns.iter().enumerate() {
         let plain = name.split('[').next().unwrap_or(name).trim();
-        let id = model.variable(name).or_else(|| model.variable(plain)).ok_or_else(|| {
-            Error::input(format!("column `{name}`"), format!("`{}` has no variable of this name", model.name))
-        })?;
+        let id = model.variable(name).or_else(|| model.variable(plain));
+        let id = id.ok_or_else(|| records.unknown(column, names.iter().map(String::as_str)))?;
         columns.push((id, Values::new(model, id, &|_| None)));
     }
     let case = |row: usize| -> Result<Evidence, Error> {

@@ -7,6 +7,7 @@ use crate::answer::Slot;
 use crate::data::Values;
 use crate::ids::VariableId;
 use crate::model::{Domain, Model};
+use crate::spelling::exact;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
@@ -70,12 +71,12 @@ impl Display for Value {
         match self {
             Value::Bool(truth) => write!(f, "{truth}"),
             Value::Integer(number) => write!(f, "{number}"),
-            Value::Real(number) => write!(f, "{number}"),
+            Value::Real(number) => write!(f, "{}", exact(*number)),
             Value::Label(label) => write!(f, "{label}"),
             Value::List(values) => list(f, values.iter().map(Value::to_string).collect()),
             Value::Likelihood(weights) => {
                 write!(f, "virtual ")?;
-                list(f, weights.iter().map(f64::to_string).collect())
+                list(f, weights.iter().map(|weight| exact(*weight)).collect())
             }
         }
     }

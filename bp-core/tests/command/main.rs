@@ -11,3 +11,4 @@ mod learn;
 mod mistakes;
 mod networks;
 mod rows;
+mod streams;

@@ -5,12 +5,15 @@
 //! NaN, an infinity or a negative probability.
 
 use crate::support::{model_of, question};
-use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time, ask_with};
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time, ask_with, compile_by};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
+use bp_core::compiler::plan::Strategy;
 use bp_core::compiler::sample::Sampling;
+use bp_core::compiler::source::Source;
 use bp_core::compiler::strategies::join_tree::{Marginals, MarginalsSession, Named, most_probable};
+use bp_core::compiler::syntax::compile;
 
 /// Domain of Y, its form where K is one of 0..=3, the context that is refused, and the message about the number.
 const FINITE: &[(&str, &str, &str, &str)] = &[
@@ -264,6 +267,76 @@ fn rounding_is_not_refused() {
         for answer in ask(&model, &question(&model, text), &Inputs::new()).unwrap() {
             assert!(answer.answer.iter().all(|row| row.p().unwrap() >= 0.0), "{answer:?}");
         }
+    }
+}
+
+#[test]
+fn rounding_of_constants_and_in_laws_is_clamped() {
+    // 1 − 0.9 − 0.1 is −2.8e-17, and 3 · 0.1 / 0.3 is 1 + 2.2e-16.
+    let text = "program Rest { parameters { a : real = 0.9; b : real = 0.1; } variables { A, B, C, D, E : bool; K, M : 0..=2; }
+        decomposition { P(A) P(B) P(C) P(D | A) P(E) P(K) P(M) }
+        forms {
+            P(A) = bernoulli(1 - 0.9 - 0.1);
+            P(B) = categorical(0.9 + 0.1, 1 - 0.9 - 0.1);
+            P(C) = bernoulli(3 * b / 0.3);
+            P(D | A) = noisy_or(1 - a - b);
+            P(E) = mixture(1 - a - b, bernoulli(0.5), a + b, bernoulli(0.25));
+            P(K) = binomial(2, 1 - a - b);
+            P(M) = binomial(2, 1 - 0.9 - 0.1);
+        } }";
+    let model = model_of(text);
+    for (text, expected) in [
+        ("P(A)", &[1.0, 0.0][..]),
+        ("P(B)", &[1.0, 0.0]),
+        ("P(C)", &[0.0, 1.0]),
+        ("P(D)", &[1.0, 0.0]),
+        ("P(E)", &[0.75, 0.25]),
+        ("P(K)", &[1.0, 0.0, 0.0]),
+        ("P(M)", &[1.0, 0.0, 0.0]),
+    ] {
+        for by in [Strategy::Sums, Strategy::JoinTree] {
+            let answer = compile_by(&model, &question(&model, text), Some(by)).unwrap().ask(&Inputs::new());
+            let found: Vec<f64> = answer.unwrap()[0].answer.iter().map(|row| row.p().unwrap()).collect();
+            assert_eq!(found, expected, "{text} {by:?}");
+        }
+    }
+    // Numbers as they stand, in the program or given for a parameter, are not rounded.
+    let literal = Source::new("test", text.replace("bernoulli(1 - 0.9 - 0.1)", "bernoulli(-0.0000001)"));
+    let wrong = compile(&literal).unwrap_err().render(&literal, false);
+    assert!(wrong.contains("a probability lies between 0 and 1, but this is -0.0000001"), "{wrong}");
+    let model = model_of(&text.replace("bernoulli(3 * b / 0.3)", "bernoulli(b)"));
+    let given = Inputs::new().number("b", -1e-7);
+    refused(ask(&model, &question(&model, "P(C)"), &given), ["P(C) = bernoulli(b)", "", "is -1e-7"]);
+}
+
+#[test]
+fn the_value_of_a_dirac_that_is_summed_out() {
+    // ln(X − 1) is NaN for X = 0, −∞ for X = 1, and 0 for X = 2.
+    let text = "program Z { variables { X : 0..=2; Y : real; Z : bool; } decomposition { P(X) P(Y | X) P(Z | Y) }
+        forms { P(X) = uniform; P(Y | X) = dirac(ln(X - 1)); P(Z | Y) = bernoulli(if Y >= 0 { 0.9 } else { 0.2 }); } }";
+    let model = model_of(text);
+    for asked in ["P(Z)", "P(X | Z = true)", "P(Z | X)"] {
+        let found = ask(&model, &question(&model, asked), &Inputs::new());
+        refused(found, ["`P(Y | X) = dirac(ln(X - 1))`, where X = 0", "the value is NaN,", "a finite number"]);
+    }
+    let known = ask(&model, &question(&model, "P(Z | X = 2)"), &Inputs::new()).unwrap().remove(0);
+    assert_eq!(known.answer[1].p(), Some(0.9));
+    let literal = Source::new("test", text.replace("ln(X - 1)", "1 / 0"));
+    let wrong = compile(&literal).unwrap_err().render(&literal, false);
+    assert!(wrong.contains("the value of a `dirac` must be a finite number, but this is inf"), "{wrong}");
+}
+
+#[test]
+fn a_noisy_or_with_a_cause_that_rounding_made_negative() {
+    // The other cause decides: 0.75, and not the rounded 0.
+    let text = "program Two { parameters { a : real = 0.9; b : real = 0.1; } variables { A, B, D : bool; }
+        decomposition { P(A) P(B) P(D | A B) }
+        forms { P(A) = bernoulli(0.5); P(B) = bernoulli(0.5); P(D | A B) = noisy_or(1 - a - b, 0.75); } }";
+    let model = model_of(text);
+    for by in [Strategy::Sums, Strategy::JoinTree] {
+        let asked = question(&model, "P(D | A = true, B = true)");
+        let answer = compile_by(&model, &asked, Some(by)).unwrap().ask(&Inputs::new()).unwrap().remove(0);
+        assert_eq!(answer.answer[1].p(), Some(0.75), "{by:?}");
     }
 }
 

@@ -30,6 +30,20 @@ const COIN: &str =
     forms { P(Bias) = beta(2, 2); P(Heads | Bias) = binomial(10, Bias); } }";
 
 #[test]
+fn an_event_of_all_draws_has_probability_one() {
+    // All weight is on K = true, whose ln is −5·10⁵: rounding of the logarithms must not show.
+    let model = model_of(
+        "program W { variables { K : bool; Y : real; } decomposition { P(K) P(Y | K) }
+         forms { P(K) = bernoulli(0.3); P(Y | K) = normal(if K { 1 } else { 0 }, 1); } }",
+    );
+    for seed in 1..4 {
+        let answer = asked(&model, "P(K | Y = 1000)", 10_000, seed);
+        let found: Vec<f64> = answer.answer.iter().map(|row| row.p().unwrap()).collect();
+        assert_eq!((found, answer.parts[0].probabilities().unwrap()), (vec![0.0, 1.0], vec![0.0, 1.0]));
+    }
+}
+
+#[test]
 fn a_coin_is_beta_distributed_after_some_throws() {
     // P(Bias | 7 of 10) = beta(9, 5); P(7) = C(10, 7) B(9, 5) / B(2, 2).
     let model = model_of(COIN);

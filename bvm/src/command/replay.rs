@@ -101,7 +101,7 @@ const ACROSS: usize = 7;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let recording = Recording::read(&arguments.recording)?;
-    let raw = RawPair::find(&arguments.recording)?.ok_or_else(|| VisionError::CalibrationSyntax {
+    let raw = RawPair::find(&arguments.recording)?.ok_or_else(|| VisionError::File {
         path: arguments.recording.clone(),
         reason: "is not a folder of a recording".to_owned(),
     })?;

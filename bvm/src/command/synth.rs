@@ -90,6 +90,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         ears.iter_mut().flatten().for_each(|value| *value *= 0.99 / most);
     }
     write_atomically(&arguments.out, &encode(rate_hz as u32, &ears))?;
+    // Where stdout is the sound, the report is beside it.
+    let beside = bp_core::compiler::files::is_stream(&arguments.out);
+    let print = |line: &str| if beside { eprintln!("{line}") } else { print(line) };
     if let [only] = path.as_slice() {
         let (_, place) = head.responses(only.place, rate_hz);
         print(&format!(

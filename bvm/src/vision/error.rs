@@ -42,7 +42,7 @@ pub enum VisionError {
     },
     /// A file whose content cannot be used.
     #[error("`{path}`: {reason}")]
-    ImageFile {
+    File {
         /// The file.
         path: PathBuf,
         /// The value that was found and the expected one.

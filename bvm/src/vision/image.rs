@@ -63,7 +63,7 @@ impl GreyImage {
 
 /// Reads a PNG, PGM (P5) or PPM (P6) file; the content decides, not the name.
 pub fn read(path: &Path) -> Result<GreyImage, VisionError> {
-    let wrong = |reason: String| VisionError::ImageFile { path: path.to_path_buf(), reason };
+    let wrong = |reason: String| VisionError::File { path: path.to_path_buf(), reason };
     decode(&input::bytes(path, input::MOST_BYTES)?).map_err(wrong)
 }
 

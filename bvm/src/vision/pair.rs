@@ -33,7 +33,15 @@ impl Pair {
             Some(raw) => *raw.calibration(),
             None => Calibration::read(calibration, Some(left))?,
         };
+        let paths = [left, right];
         let (left, right) = (image::read(left)?, image::read(right)?);
+        let size = |image: &GreyImage| format!("{}x{}", image.width(), image.height());
+        if size(&left) != size(&right) {
+            let (own, other, expected) = (size(&right), paths[0].display(), size(&left));
+            let reason =
+                format!("the picture is {own}, but the left one of the pair, `{other}`, is {expected}");
+            return Err(VisionError::File { path: paths[1].to_path_buf(), reason });
+        }
         match raw {
             Some(raw) => Self::rectified(&raw, &left, &right),
             None => {

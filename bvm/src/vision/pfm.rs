@@ -40,7 +40,7 @@ pub fn write(path: &Path, width: usize, values: &[f32]) -> Result<(), crate::err
 /// A file that cannot be read, is longer than 256 MiB, or is not a PFM with one channel.
 pub fn read(path: &Path) -> Result<Field, VisionError> {
     let bytes = input::bytes(path, input::MOST_BYTES)?;
-    decode(&bytes).map_err(|reason| VisionError::ImageFile { path: path.to_path_buf(), reason })
+    decode(&bytes).map_err(|reason| VisionError::File { path: path.to_path_buf(), reason })
 }
 
 fn decode(bytes: &[u8]) -> Result<Field, String> {

@@ -1,7 +1,7 @@
-//! Input files that are too long, or have no end.
+//! Input files that are too long, have no end, or do not fit each other.
 //!
-//! In: `/dev/zero` and long files instead of pictures, calibrations, fields and readings. Out: one line that names the
-//! file and the limit. Invariant: a file is refused before it is read to its end.
+//! In: `/dev/zero` and long files instead of pictures, calibrations, fields and readings; pictures of other sizes. Out: one
+//! line that names the file, and the limit or what was expected. Invariant: a file is refused before it is read to its end.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -23,23 +23,47 @@ fn refuses(folder: &Path, arguments: &[&str], names: &[&str]) {
     assert!(!folder.join("out").exists(), "{arguments:?}: something is left");
 }
 
-#[test]
-fn inputs_without_an_end_are_refused() {
+/// A folder with a pair of 8 x 8 pixels, and its calibration.
+fn pair() -> tempfile::TempDir {
     let place = tempfile::TempDir::new().unwrap();
+    let picture = [b"P5 8 8 255\n".as_slice(), &[7; 64]].concat();
+    let keys = "focal_px = 9\ncx_px = 4\ncy_px = 4\nbaseline_m = 0.1\ndoffs_px = 0\nmax_disparity_px = 4";
+    for (name, bytes) in
+        [("left.pgm", picture.as_slice()), ("right.pgm", &picture), ("pair.toml", keys.as_bytes())]
+    {
+        std::fs::write(place.path().join(name), bytes).unwrap();
+    }
+    place
+}
+
+#[test]
+fn files_that_do_not_fit_each_other_are_named() {
+    let place = pair();
     let folder = place.path();
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
-    let picture = [b"P5 8 8 255\n".as_slice(), &[7; 64]].concat();
-    write("left.pgm", &picture);
-    write("right.pgm", &picture);
-    let keys = [
-        "focal_px = 9",
-        "cx_px = 4",
-        "cy_px = 4",
-        "baseline_m = 0.1",
-        "doffs_px = 0",
-        "max_disparity_px = 4",
-    ];
-    write("pair.toml", keys.join("\n").as_bytes());
+    let look = |right: &str, calibration: &str, names: &[&str]| {
+        let pair = ["--left", "left.pgm", "--right", right, "--calibration", calibration, "--out", "out"];
+        refuses(folder, &[["look"].as_slice(), &pair].concat(), names);
+    };
+    write("wide.pgm", &[b"P5 9 8 255\n".as_slice(), &[7; 72]].concat());
+    look("wide.pgm", "pair.toml", &["`wide.pgm`", "is 9x8", "`left.pgm`, is 8x8"]);
+    std::fs::create_dir(folder.join("rig")).unwrap();
+    look("right.pgm", "rig", &["`rig`: a folder is a EuRoC recording", "`cam0/sensor.yaml`", "are files"]);
+    let keys = std::fs::read_to_string(folder.join("pair.toml")).unwrap();
+    write("far.toml", keys.replace("px = 4", "px = 4000000000").replacen("4000000000", "4", 2).as_bytes());
+    let names =
+        ["`far.toml`: 4000000000 disparities", "`max_disparity_px`", "8 pixels wide", "fewer than the width"];
+    look("right.pgm", "far.toml", &names);
+    let files = ["left.pgm", "right.pgm", "pair.toml", "wide.pgm"];
+    let calibrate = [["calibrate", "vision", "--out", "out", "--pair"].as_slice(), &files].concat();
+    refuses(folder, &calibrate, &["`wide.pgm`: the truth is 9x8", "left picture is 8x8"]);
+}
+
+#[test]
+fn inputs_without_an_end_are_refused() {
+    let place = pair();
+    let folder = place.path();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
     let look = |left, calibration, names: &[&str]| {
         let files =
             ["look", "--left", left, "--right", "right.pgm", "--calibration", calibration, "--out", "out"];

@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 }
 
 fn formatted(path: &Path) -> Result<String, Failure> {
-    let source = program::read(path)?;
+    let source = io::open_as(path, Format::Program)?.source;
     let wrong: Diagnostics = match parse(&source) {
         Ok(file) => return Ok(file.to_string()),
         Err(wrong) => wrong,

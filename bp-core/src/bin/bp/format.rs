@@ -53,7 +53,7 @@ fn one(path: &Path, check: bool, out: &mut impl Write) -> Result<bool, Failure> 
     let changes = formatted != source.text;
     if check && changes {
         writeln!(out, "{} would change", source.name)?;
-    } else if !check && is_stdin(path) {
+    } else if !check && (is_stdin(path) || files::is_stream(path)) {
         out.write_all(formatted.as_bytes())?;
     } else if changes {
         files::write(path, formatted.as_bytes()).map_err(|error| Error::file(path, error))?;

@@ -151,6 +151,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let text = program_text(&source, &learned, arguments)?;
         output::write(Some(to), text.as_bytes(), out)?;
     }
+    // Where stdout is the program, the report is beside it.
+    let beside = arguments.out.as_deref().is_some_and(output::is_stdout);
+    let out: &mut dyn Write = if beside { &mut std::io::stderr() } else { out };
     match arguments.json {
         true => {
             serde_json::to_writer(&mut *out, &learned.report).map_err(std::io::Error::from)?;
@@ -235,7 +238,7 @@ fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-fn show(report: &Report, arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+fn show(report: &Report, arguments: &Arguments, out: &mut dyn Write) -> Result<(), Failure> {
     let mut facts = vec![
         counted(report.cases, "case"),
         format!("{} missing", counted(report.cells_missing, "cell")),

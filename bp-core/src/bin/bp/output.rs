@@ -14,16 +14,17 @@ use std::path::Path;
 
 /// Writes a page to a file, or to stdout.
 pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> Result<(), Failure> {
-    let Some(path) = path else { return Ok(out.write_all(page)?) };
-    // The same stream as all other output, in order.
-    if STDOUT.iter().any(|stdout| path == Path::new(stdout)) {
-        return Ok(out.write_all(page)?);
+    match path.filter(|path| !is_stdout(path)) {
+        // The same stream as all other output, in order.
+        None => Ok(out.write_all(page)?),
+        Some(path) => files::write(path, page).map_err(|error| Error::file(path, error).into()),
     }
-    files::write(path, page).map_err(|error| Error::file(path, error).into())
 }
 
-/// The names of stdout.
-const STDOUT: [&str; 3] = ["/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"];
+/// Whether a path means stdout.
+pub(crate) fn is_stdout(path: &Path) -> bool {
+    ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|stdout| path == Path::new(stdout))
+}
 
 /// The question that was typed, or else the declared ones; a picture needs none.
 pub(crate) fn questions_of(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {

@@ -10,8 +10,8 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::kernel::Kernel;
 use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
-use crate::plan::{self, Options, Place, Plan, Strategy};
-use crate::posterior::{Part, Reader, Table, check, compare};
+use crate::plan::{self, Group, Options, Place, Plan, Strategy};
+use crate::posterior::{Part, Reader, Table, check, compare, will_fit};
 use crate::sample::Sampling;
 use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian, sums};
 use std::borrow::Cow;
@@ -264,6 +264,14 @@ impl CompiledQuestion<'_> {
     }
 
     pub(super) fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
+        for (ask, places) in self.question.asks.iter().zip(&self.places) {
+            let by_table = matches!(self.strategies[places[0].route], Strategy::Sums | Strategy::JoinTree)
+                && self.options.group == Group::Tables
+                && !matches!(ask.statistic, Statistic::Divergence { .. });
+            if by_table {
+                will_fit(&self.model, ask, case.inputs)?;
+            }
+        }
         let found = self.run(case)?;
         let asks = self.question.asks.iter().zip(&self.texts).zip(&self.places);
         let answers = asks.map(|(asked, places)| self.answer(asked, places, &found, case));
@@ -291,7 +299,7 @@ impl CompiledQuestion<'_> {
                 let word = ask.statistic.word();
                 return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
             }
-            let (table, _) = self.table(ask, &ask.known, self.found(places[0], &found))?;
+            let (table, _) = self.table(ask, &ask.known, self.found(places[0], &found), inputs)?;
             Ok(Table { question: self.model.ask_text(ask), ..table.into_owned() })
         };
         self.question.asks.iter().zip(&self.places).map(table).collect()
@@ -328,7 +336,16 @@ impl CompiledQuestion<'_> {
         ask: &Ask,
         known: &[Known],
         found: &'f Found,
+        inputs: &Inputs<'_, f64>,
     ) -> Result<(Cow<'f, Table>, Option<f64>), Error> {
+        let is_event = |known: &Known| matches!(known.evidence, Finding::Hard(_) | Finding::Virtual(_));
+        if let Found::Table(table, None) = found
+            && self.model.plate.is_none()
+            && known.iter().any(is_event)
+            && table.numbers.iter().all(|p| *p == 0.0)
+        {
+            return Err(sums::impossible(&self.model, ask, inputs));
+        }
         match found {
             Found::Normal(..) => Err(self.no_table(ask, "`gaussian` answers with a normal law")),
             Found::Answer(answer) => {
@@ -372,9 +389,9 @@ impl CompiledQuestion<'_> {
             let (answer, parts) = (gaussian::divergences(laws, from), Vec::new());
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
         }
-        let (table, ln_evidence) = self.table(ask, &ask.known, found)?;
+        let (table, ln_evidence) = self.table(ask, &ask.known, found, case.inputs)?;
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, second) {
-            let (second, _) = self.table(ask, from, second)?;
+            let (second, _) = self.table(ask, from, second, case.inputs)?;
             let answer = compare::divergences(&table, &second);
             let parts = Vec::new();
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });

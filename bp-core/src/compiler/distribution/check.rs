@@ -8,10 +8,10 @@ use super::form::Evaluation;
 use super::number::Known;
 use crate::error::Error;
 use crate::exec::scalar::Number;
-use crate::forms::{bernoulli, dirac, row, surely, truncated, weights};
+use crate::forms::{bernoulli, dirac, row, truncated, weights};
 use crate::ids::ExpressionId;
 use crate::law::{Dirichlet, Law, Numbers, Parameters};
-use crate::model::{Form, VariableUse, row_tolerance};
+use crate::model::{Form, VariableUse};
 use crate::spelling::number as written;
 
 /// Upper limit on the elements of a family that a context names.
@@ -61,28 +61,26 @@ impl Evaluation<'_> {
 
     /// A probability; rounding errors beyond [0, 1] are clamped.
     pub(super) fn probability(&self, form: &Form, id: ExpressionId) -> Result<f64, Error> {
-        let number = self.scope.number(id);
-        let (by, tolerance) = (&mut Numbers, row_tolerance(1));
-        if bernoulli::holds(by, number, 0.0) != 0.0 {
-            return Ok(number);
+        let number = self.rounded(id);
+        match bernoulli::holds(&mut Numbers, number, 0.0) != 0.0 {
+            true => Ok(number),
+            false => Err(self.refused(form, must("the probability", number, "lie between 0 and 1"))),
         }
-        // Outside by rounding, which only a computed number may be.
-        if bernoulli::holds(by, number, tolerance) != 0.0 && surely::is_computed(self.scope.setting.model, id)
-        {
-            return Ok(bernoulli::nearest(by, number));
-        }
-        Err(self.refused(form, must("the probability", number, "lie between 0 and 1")))
+    }
+
+    /// A number that is a probability, rounding errors beyond [0, 1] clamped.
+    fn rounded(&self, id: ExpressionId) -> f64 {
+        self.scope.setting.model.rounded(id, self.scope.number(id))
     }
 
     /// The probabilities of one row.
-    pub(super) fn row(&self, form: &Form, mut numbers: Vec<f64>) -> Result<Vec<f64>, Error> {
-        if row::holds(&mut Numbers, &numbers, |_| false) != 0.0 {
-            numbers.iter_mut().for_each(|number| *number = bernoulli::nearest(&mut Numbers, *number));
+    pub(super) fn row(&self, form: &Form, entries: &[ExpressionId]) -> Result<Vec<f64>, Error> {
+        let numbers: Vec<f64> = entries.iter().map(|id| self.rounded(*id)).collect();
+        if row::holds(&mut Numbers, &numbers, |_| Some(0.0)) != 0.0 {
             return Ok(numbers);
         }
         let what = if matches!(form, Form::Mixture(_)) { "weight" } else { "probability" };
-        let tolerance = row_tolerance(numbers.len());
-        let outside = |number: &f64| bernoulli::holds(&mut Numbers, *number, tolerance) == 0.0;
+        let outside = |number: &f64| bernoulli::holds(&mut Numbers, *number, 0.0) == 0.0;
         let message = match numbers.iter().position(outside) {
             Some(position) => {
                 let what = format!("{what} {}", position + 1);
@@ -123,7 +121,9 @@ impl Evaluation<'_> {
         arguments: &[ExpressionId],
     ) -> Result<Parameters, Error> {
         let mut parameters = Parameters::default();
-        parameters.iter_mut().zip(arguments).for_each(|(number, id)| *number = self.scope.number(*id));
+        for ((number, id), (_, constraint)) in parameters.iter_mut().zip(arguments).zip(law.parameters()) {
+            *number = if constraint.is_probability() { self.rounded(*id) } else { self.scope.number(*id) };
+        }
         match law.refuses(super::law::exactly(law, &parameters)) {
             None => Ok(parameters),
             Some((position, expected)) => {

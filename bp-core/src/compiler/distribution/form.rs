@@ -143,12 +143,12 @@ impl Evaluation<'_> {
                 let of = |truth| bernoulli::probability(&mut Numbers, truth, probability);
                 Distribution::Finite(vec![of(0.0), of(1.0)])
             }
-            Form::Categorical(entries) => Distribution::Finite(self.row(form, self.numbers(entries))?),
+            Form::Categorical(entries) => Distribution::Finite(self.row(form, entries)?),
             Form::Table(rows) => {
                 let row = self.row_of(&setting.model.factors[self.instance.factor].right);
                 let row =
                     rows.get(row).ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?;
-                Distribution::Finite(self.row(form, self.numbers(row))?)
+                Distribution::Finite(self.row(form, row)?)
             }
             Form::Constants(numbers) => {
                 let row = self.row_of(&setting.model.factors[self.instance.factor].right);
@@ -339,7 +339,7 @@ impl Evaluation<'_> {
         trials: ExpressionId,
         probabilities: &[ExpressionId],
     ) -> Result<Distribution, Error> {
-        let (trials, row) = (self.scope.number(trials), self.row(form, self.numbers(probabilities))?);
+        let (trials, row) = (self.scope.number(trials), self.row(form, probabilities)?);
         if let Some(expected) = Constraint::Count.refuses(trials) {
             return Err(self.refused(form, must("the number of trials", trials, &format!("be {expected}"))));
         }
@@ -359,7 +359,8 @@ impl Evaluation<'_> {
         parts: &[(ExpressionId, Form)],
         domain: &Domain,
     ) -> Result<Distribution, Error> {
-        let weights = self.row(form, parts.iter().map(|(weight, _)| self.scope.number(*weight)).collect())?;
+        let weights: Vec<ExpressionId> = parts.iter().map(|(weight, _)| *weight).collect();
+        let weights = self.row(form, &weights)?;
         let parts: Vec<(f64, Distribution)> = (weights.into_iter().zip(parts))
             .map(|(weight, (_, part))| Ok((weight, self.form(part)?)))
             .collect::<Result<_, Error>>()?;

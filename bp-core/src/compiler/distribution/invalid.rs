@@ -8,6 +8,7 @@
 
 use super::setting::{Instance, Setting};
 use crate::error::Error;
+use crate::ids::FactorId;
 
 /// Upper limit on the contexts that are tried.
 const MOST_CONTEXTS: usize = 1_000_000;
@@ -15,13 +16,17 @@ const MOST_CONTEXTS: usize = 1_000_000;
 impl Setting<'_> {
     /// The first [`Error::Number`] of the program; `known` has a value for each slot, NaN where it is unknown.
     pub fn refused_number(&self, known: &[f64]) -> Option<Error> {
-        let nothing = vec![f64::NAN; self.slots()];
+        let (all, nothing): (Vec<FactorId>, _) =
+            (self.model.factors.ids().collect(), vec![f64::NAN; self.slots()]);
+        [known, &nothing].into_iter().find_map(|known| self.refused_number_in(&all, known))
+    }
+
+    /// The first [`Error::Number`] of some factors in the contexts that agree with the known values.
+    pub fn refused_number_in(&self, factors: &[FactorId], known: &[f64]) -> Option<Error> {
         let mut tried = 0;
-        [known, &nothing].into_iter().find_map(|known| {
-            self.model.factors.ids().find_map(|factor| {
-                let instances = self.instances(factor).unwrap_or_default();
-                instances.iter().find_map(|instance| self.refused_in(instance, known, &mut tried))
-            })
+        factors.iter().find_map(|factor| {
+            let instances = self.instances(*factor).unwrap_or_default();
+            instances.iter().find_map(|instance| self.refused_in(instance, known, &mut tried))
         })
     }
 

@@ -102,6 +102,11 @@ impl forms::law::Value for Ordinal<'_> {
         let edges = bins.expect("internal: bins have edges").edges();
         [self.ordinal, self.ordinal + 1].map(|edge| Extended::from_f64(edges[edge]))
     }
+
+    fn ends(&mut self) -> [Extended; 2] {
+        let last = self.setting.count(self.variable) - 1;
+        [0, last].map(|end| Extended::from_f64(self.setting.number_at(self.variable, end as f64)))
+    }
 }
 
 /// Each weight divided by their total, however small; all 0 where the total is 0.

@@ -1,10 +1,11 @@
 //! The factor that gives the observations probability 0.
 //!
-//! In: the values of the observed slots. Out: a description of the first factor whose variables are all observed and
-//! whose probability is 0, or whose form has no possible value where its right-hand side is observed. Invariant: such a
-//! factor excludes the evidence, whatever the others are.
+//! In: the values of the observed slots. Out: a description of the first factor whose variables are all known and whose
+//! probability is 0, or whose form has no possible value where its right-hand side is known. Invariant: such a factor
+//! excludes the evidence, whatever the others are. A variable is known if it is observed, or has one possible value
+//! where its parents are known.
 
-use super::{Distribution, Setting};
+use super::{Distribution, Instance, Setting};
 use crate::error::{Error, Impossible};
 use crate::exec::scalar::{Extended, Scalar};
 use crate::spelling::exact;
@@ -17,22 +18,31 @@ impl Setting<'_> {
 
     /// The same; the values of some slots are examples, which the text leaves out.
     pub fn zero_factor_but(&self, values: &[f64], is_example: &dyn Fn(usize) -> bool) -> Option<String> {
-        let is_zero = |instance: &super::Instance| {
+        let mut values = values.to_vec();
+        let mut is_zero = |instance: &Instance| {
             let right = self.model.factors[instance.factor].right.iter();
             let mut right = right.flat_map(|use_| self.slots_of(use_.variable));
             let is_known = |slot: usize| !values[slot].is_nan();
             let mut left = instance.left.iter().copied();
             match (right.all(is_known), left.all(is_known)) {
                 (false, _) => false,
-                (true, true) => self.ln_density(instance, values).is_ok_and(|ln| ln == f64::NEG_INFINITY),
+                (true, true) => self.ln_density(instance, &values).is_ok_and(|ln| ln == f64::NEG_INFINITY),
                 (true, false) => {
-                    let distribution = self.distribution(instance, values).ok();
-                    let all = distribution.and_then(Distribution::extended);
-                    all.is_some_and(|all| all.iter().all(|p| *p == Extended::ZERO))
+                    let Ok(distribution) = self.distribution(instance, &values) else { return false };
+                    let is_point = matches!(distribution, Distribution::Point(_));
+                    let only = distribution.only_value();
+                    let possible = distribution
+                        .extended()
+                        .map(|all| all.iter().filter(|p| **p > Extended::ZERO).count());
+                    let is_free = instance.left.iter().all(|slot| values[*slot].is_nan());
+                    if let (Some(only), true, true) = (only, is_point || possible == Some(1), is_free) {
+                        self.put(instance, only, &mut values);
+                    }
+                    possible == Some(0)
                 }
             }
         };
-        let instance = self.ordered().ok()?.into_iter().find(is_zero)?;
+        let instance = self.ordered().ok()?.into_iter().find(&mut is_zero)?;
         let factor = &self.model.factors[instance.factor];
         let listed = |slots: &mut dyn Iterator<Item = usize>| {
             let texts: Vec<String> =

@@ -20,6 +20,15 @@ pub(crate) fn holds<A: Arithmetic>(by: &mut A, p: A::Number, tolerance: f64) -> 
     between(by, p, low, high)
 }
 
+/// p, clamped to [0, 1] if it lies outside by no more than the tolerance.
+pub(crate) fn rounded<A: Arithmetic>(by: &mut A, p: A::Number, tolerance: f64) -> A::Number {
+    if tolerance == 0.0 {
+        return p;
+    }
+    let (holds, nearest) = (holds(by, p, tolerance), nearest(by, p));
+    by.select(holds, nearest, p)
+}
+
 /// p, clamped to [0, 1].
 pub(crate) fn nearest<A: Arithmetic>(by: &mut A, p: A::Number) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));

@@ -3,7 +3,7 @@
 //! In: a law with valid parameters, and a value. Out: its weight. Invariant: where the law gives the whole domain no
 //! mass, all weights are 0.
 //!
-//! Integers: f(k).  Bins: F(bᵢ₊₁) − F(bᵢ); for a law of counts, f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
+//! Integers: f(k), up to a factor.  Bins: F(bᵢ₊₁) − F(bᵢ); for a law of counts, f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
 //! the full turn scaled to 2π.
 
 use crate::law::{Arithmetic, Law, Support};
@@ -20,6 +20,8 @@ pub(crate) trait Value {
     fn number(&mut self) -> Number<Self>;
     /// The edges of a bin.
     fn edges(&mut self) -> [Number<Self>; 2];
+    /// The numbers of the first and the last value of the variable.
+    fn ends(&mut self) -> [Number<Self>; 2];
 }
 
 /// A number in the arithmetic of a value.
@@ -42,8 +44,8 @@ pub(crate) fn weight<V: Value>(
             mass(value.by(), law, edges, parameters)
         }
         _ => {
-            let number = value.number();
-            law.density_by(value.by(), number, parameters)
+            let (number, ends) = (value.number(), value.ends());
+            law.weight_by(value.by(), number, parameters, ends)
         }
     }
 }

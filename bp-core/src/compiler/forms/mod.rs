@@ -8,7 +8,6 @@ pub(crate) mod bernoulli;
 pub(crate) mod dirac;
 pub(crate) mod law;
 pub(crate) mod mixture;
-pub(crate) mod normal;
 pub(crate) mod normal_bins;
 pub(crate) mod row;
 pub(crate) mod surely;

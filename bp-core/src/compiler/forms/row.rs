@@ -1,29 +1,29 @@
 //! Rows of probabilities: `categorical(p₁, p₂, …)`, tables, and the weights of a mixture.
 //!
-//! In: p₁ … p_k. Out: whether they are a distribution. Invariant: within rounding each lies in [0, 1], and they sum to
-//! one.
+//! In: p₁ … p_k. Out: whether they are a distribution. Invariant: each lies in [0, 1], where it is computed within
+//! rounding, and they sum to one within rounding.
 
-use super::between;
+use super::{bernoulli, between};
 use crate::law::Arithmetic;
 use crate::model::row_tolerance;
 use crate::operators::Binary;
 
-/// Whether no entry is negative and they sum to one. Entries that are `surely` probabilities are not checked.
+/// Whether each entry lies in [0, 1], within its tolerance, and they sum to one. Entries without a tolerance are surely
+/// probabilities.
 pub(crate) fn holds<A: Arithmetic>(
     by: &mut A,
     row: &[A::Number],
-    surely: impl Fn(usize) -> bool,
+    tolerance: impl Fn(usize) -> Option<f64>,
 ) -> A::Number {
-    let tolerance = row_tolerance(row.len());
-    let least = by.constant(-tolerance);
     let (mut sum, mut holds) = (by.constant(0.0), by.constant(1.0));
     for (position, entry) in row.iter().enumerate() {
         sum = by.add(sum, *entry);
-        if !surely(position) {
-            let positive = by.binary(Binary::GreaterOrEqual, *entry, least);
-            holds = by.binary(Binary::And, holds, positive);
+        if let Some(tolerance) = tolerance(position) {
+            let inside = bernoulli::holds(by, *entry, tolerance);
+            holds = by.binary(Binary::And, holds, inside);
         }
     }
+    let tolerance = row_tolerance(row.len());
     let (low, high) = (by.constant(1.0 - tolerance), by.constant(1.0 + tolerance));
     let whole = between(by, sum, low, high);
     by.binary(Binary::And, holds, whole)

@@ -1,22 +1,11 @@
 //! Static properties of an expression: they hold for all values of variables and parameters.
 //!
-//! In: an expression. Out: whether it is computed, a probability, finite. Invariant: a property is true only where the
-//! program text implies it, so a kernel may skip the check, and a number that the author wrote is never treated as
-//! rounding error.
+//! In: an expression. Out: whether it is a probability, finite. Invariant: a property is true only where the program text
+//! implies it, so a kernel may skip the check.
 
 use crate::ids::ExpressionId;
 use crate::model::{Expression, Folded, Model, ParameterKind};
 use crate::operators::{Binary, Unary};
-
-/// Whether an expression contains arithmetic, so that it is subject to rounding.
-pub(crate) fn is_computed(model: &Model, id: ExpressionId) -> bool {
-    let of = |expression: &Expression, below: &Folded<bool>| match expression {
-        Expression::Unary(..) | Expression::Binary(..) => true,
-        Expression::If { then, otherwise, .. } => *below.of(*then) || *below.of(*otherwise),
-        _ => false,
-    };
-    model.fold(id, of).root()
-}
 
 /// Whether an expression lies in [0, 1] by construction.
 pub(crate) fn is_probability(model: &Model, id: ExpressionId) -> bool {

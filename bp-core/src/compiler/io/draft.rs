@@ -223,6 +223,11 @@ impl Draft {
                 self.impossible = Some((count + 1, place, whose));
                 continue;
             }
+            if self.zero_rows && sum == 0.0 {
+                let name = shortened(&self.nodes[node].name);
+                let message = format!("the probabilities of `{name}` are all 0: nothing is possible");
+                return Err(Diagnostic::new(place, message).with_label(place, "these"));
+            }
             if off.is_nan() || off > MOST_OFF {
                 let at = match parents.is_empty() {
                     true => format!("`{}`", shortened(&self.nodes[node].name)),

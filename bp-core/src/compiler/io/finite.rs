@@ -77,11 +77,18 @@ pub(super) fn nodes(model: &Model) -> Result<Vec<Node<'_>>, Error> {
                 factor.right.iter().chain(&factor.left[..position]).cloned().collect();
             let parents: Vec<usize> = uses.iter().map(|use_| use_.variable.position()).collect();
             let entries = nodes[left.variable.position()].states.len();
+            let states = |parent: &usize| nodes[*parent].states.len();
             let cells = parents
                 .iter()
-                .try_fold(entries, |cells, parent| cells.checked_mul(nodes[*parent].states.len()))
+                .try_fold(entries, |cells, parent| cells.checked_mul(states(parent)))
                 .filter(|cells| *cells <= MOST_NUMBERS)
-                .ok_or_else(|| refuse(format!("the table of `{}` is too large", model.head(factor))))?;
+                .ok_or_else(|| Error::TooLarge {
+                    name: model.head(factor),
+                    cells: parents.iter().map(|parent| states(parent) as f64).product::<f64>() * entries as f64,
+                    most: MOST_NUMBERS as f64,
+                    help: "a network file holds each table whole: ask the program itself, or give the variable fewer parents"
+                        .to_owned(),
+                })?;
             let (numbers, lost) = match known(model, factor) {
                 Some(numbers) => (numbers, None),
                 None => {

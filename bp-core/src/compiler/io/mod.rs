@@ -105,5 +105,13 @@ pub fn lost(network: &Network, format: Format) -> Result<Vec<String>, Error> {
              impossible where the program is only improbable"
         )
     });
-    Ok(row.into_iter().chain(rounded).collect())
+    let observed = network.known.first().filter(|_| format != Format::Uai).map(|first| {
+        format!(
+            "the file has no evidence: its {} potentials must be observed in each question, `{} = true` and so on; without that \
+             it is another distribution",
+            network.known.len(),
+            network.model.variable_name(first.variable)
+        )
+    });
+    Ok(row.into_iter().chain(rounded).chain(observed).collect())
 }

@@ -2,7 +2,7 @@
 //!
 //! P(x) = p (1 − p)ˣ for x = 0, 1, 2, …,  F(x) = 1 − (1 − p)^(⌊x⌋+1),  E = (1 − p)/p,  Var = (1 − p)/p².
 
-use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE};
+use super::{Arithmetic, Constraint, Refusal, Sample, Support, fit::NOT_NEGATIVE, saddle};
 use rand::Rng;
 use rand_distr::{Distribution, Exp1};
 
@@ -11,9 +11,8 @@ pub(super) const PARAMETERS: [(&str, Constraint); 1] = [("probability", Constrai
 pub(super) const SUPPORT: Support = Support::Counts;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [p]: [A::Number; 1]) -> A::Number {
-    let one = by.constant(1.0);
-    let (ln_p, failure) = (by.ln(p), by.subtract(one, p));
-    let failures = by.times_ln(x, failure);
+    let (ln_p, ln_failure) = (by.ln(p), saddle::ln_complement(by, p));
+    let failures = saddle::times(by, x, ln_failure);
     let value = by.add(ln_p, failures);
     let inside = by.is_count(x);
     by.within(inside, value)

@@ -29,6 +29,7 @@ mod student_t;
 mod uniform;
 mod von_mises;
 mod weibull;
+mod window;
 
 pub use arithmetic::{Arithmetic, Numbers, Wide};
 pub(crate) use covariance::{Conditional, Covariance};
@@ -207,6 +208,18 @@ impl Law {
         by.exp(ln_density)
     }
 
+    /// A number proportional to the density between two ends of a window, at one of which or between them it is near 1.
+    pub(crate) fn weight_by<A: Arithmetic>(
+        self,
+        by: &mut A,
+        x: A::Number,
+        parameters: &[A::Number],
+        ends: [A::Number; 2],
+    ) -> A::Number {
+        let ln_weight = window::ln_weight(self, by, x, parameters, ends);
+        by.exp(ln_weight)
+    }
+
     /// P(X ≤ x)
     pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
         self.tails(x, parameters).0
@@ -278,6 +291,11 @@ impl Law {
 }
 
 impl Constraint {
+    /// Whether it demands a probability.
+    pub fn is_probability(self) -> bool {
+        matches!(self, Constraint::Probability | Constraint::PositiveProbability)
+    }
+
     /// Whether a number satisfies it.
     pub fn holds<A: Arithmetic>(self, by: &mut A, x: A::Number) -> A::Number {
         let (zero, infinity) = (by.constant(0.0), by.constant(f64::INFINITY));

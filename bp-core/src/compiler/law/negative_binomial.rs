@@ -6,8 +6,9 @@
 use super::{
     Arithmetic, Constraint, Refusal, Sample, Support,
     fit::{MOST_SHAPE, ln_less_digamma},
+    saddle,
 };
-use crate::operators::{Binary, Unary};
+use crate::operators::Binary;
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -16,17 +17,21 @@ pub(super) const PARAMETERS: [(&str, Constraint); 2] =
     [("number of successes", Constraint::Positive), ("probability", Constraint::PositiveProbability)];
 pub(super) const SUPPORT: Support = Support::Counts;
 
+/// In saddle-point form, with ln Γ(y) = y ln y − y + T(y) and ln x! = x ln x − x + S(x): T(x + r) − T(r) − S(x) −
+/// D(r, (x + r) p) − D(x, (x + r) (1 − p)).
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [r, p]: [A::Number; 2]) -> A::Number {
     let (zero, one) = (by.constant(0.0), by.constant(1.0));
     let positive = by.binary(Binary::Maximum, x, zero);
-    let (next, all) = (by.add(positive, one), by.add(positive, r));
-    let [ln_all, ln_factorial, ln_r] = [all, next, r].map(|number| by.unary(Unary::LnGamma, number));
-    let value = by.subtract(ln_all, ln_r);
-    let value = by.subtract(value, ln_factorial);
-    let failure = by.subtract(one, p);
-    let (successes, failures) = (by.times_ln(r, p), by.times_ln(x, failure));
-    let value = by.add(value, successes);
-    let value = by.add(value, failures);
+    let (all, failure) = (by.add(positive, r), by.subtract(one, p));
+    let [successes, failures] = [p, failure].map(|p| by.multiply(all, p));
+    let terms = [
+        saddle::ln_gamma_rest(by, r),
+        saddle::ln_factorial_rest(by, positive),
+        saddle::deviance(by, r, successes),
+        saddle::deviance(by, positive, failures),
+    ];
+    let whole = saddle::ln_gamma_rest(by, all);
+    let value = terms.into_iter().fold(whole, |value, term| by.subtract(value, term));
     let inside = by.is_count(x);
     by.within(inside, value)
 }

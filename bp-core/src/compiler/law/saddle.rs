@@ -23,6 +23,32 @@ pub(super) fn stirling_rest<A: Arithmetic>(by: &mut A, x: A::Number) -> A::Numbe
     by.select(is_small, exact, series)
 }
 
+/// ln Γ(x) − (x ln x − x) for x > 0.
+pub(super) fn ln_gamma_rest<A: Arithmetic>(by: &mut A, x: A::Number) -> A::Number {
+    let (half, turn) = (by.constant(0.5), by.constant(std::f64::consts::TAU));
+    let (share, rest) = (by.divide(turn, x), stirling_rest(by, x));
+    let ln_share = by.ln(share);
+    let root = by.multiply(half, ln_share);
+    by.add(root, rest)
+}
+
+/// ln(1 − p) for p in [0, 1], with the digits of a small p: with u = 1 − p it is p ln u / (1 − u), where the rounding of u
+/// cancels (Kahan).
+pub(super) fn ln_complement<A: Arithmetic>(by: &mut A, p: A::Number) -> A::Number {
+    let one = by.constant(1.0);
+    let u = by.subtract(one, p);
+    let (ln_u, rest, none) = (by.ln(u), by.subtract(one, u), by.unary(Unary::Negate, p));
+    let product = by.multiply(p, ln_u);
+    let (exact, is_lost) = (by.divide(product, rest), by.binary(Binary::Equal, u, one));
+    by.select(is_lost, none, exact)
+}
+
+/// x ln y, which is 0 where x is 0, given ln y.
+pub(super) fn times<A: Arithmetic>(by: &mut A, x: A::Number, ln_y: A::Number) -> A::Number {
+    let (product, zero) = (by.multiply(x, ln_y), by.constant(0.0));
+    by.select(x, product, zero)
+}
+
 fn series<A: Arithmetic>(by: &mut A, x: A::Number) -> A::Number {
     let one = by.constant(1.0);
     let inverse = by.divide(one, x);

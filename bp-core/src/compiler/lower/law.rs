@@ -58,14 +58,11 @@ impl Lowering<'_> {
         arguments: &[ExpressionId],
     ) -> Result<ValueId, Error> {
         let domain = self.model.variables[variable].domain.clone();
-        let parameters = self.expressions(arguments)?;
+        let parameters = self.parameters(law, arguments)?;
         let Meaning::Ordinal(ordinal) = *at else {
             let x = self.number_of(variable, at)?;
             return Ok(law.density_by(&mut self.builder, x, &parameters));
         };
-        if law == Law::Normal && domain.bins().is_none() {
-            return self.normal(variable, &domain, ordinal, [parameters[0], parameters[1]]);
-        }
         if let Domain::Bins(bins) = &domain
             && !forms::law::goes_round(law, bins)
         {
@@ -114,7 +111,7 @@ impl Lowering<'_> {
         let Form::Law { law, arguments } = form else {
             return Err(self.unplanned("only a law of a real can be truncated"));
         };
-        let parameters = self.expressions(arguments)?;
+        let parameters = self.parameters(*law, arguments)?;
         let Some(total) = law.mass(&mut self.builder, low, high, &parameters) else {
             let name = law.name();
             return Err(self.unplanned(format!(
@@ -181,5 +178,14 @@ impl forms::law::Value for Ordinal<'_, '_> {
         let bins = model.variables[self.variable].domain.bins().expect("internal: bins have edges");
         let (from, to) = self.lowering.bounds(bins, self.ordinal);
         [from, to]
+    }
+
+    fn ends(&mut self) -> [ValueId; 2] {
+        let (lowering, variable) = (&mut *self.lowering, self.variable);
+        let extent = lowering.extent(&lowering.model.variables[variable].domain.clone());
+        let (zero, one, count) =
+            (lowering.builder.constant(0.0), lowering.builder.constant(1.0), lowering.count_of(extent));
+        let last = lowering.builder.binary(Binary::Subtract, count, one);
+        [zero, last].map(|end| lowering.number_at(variable, end))
     }
 }

@@ -176,8 +176,7 @@ impl Lowering<'_> {
     ) -> Result<ValueId, Error> {
         match form {
             Form::Law { law, arguments } if self.model.variables[variable].domain == Domain::Real => {
-                let parameters: Vec<ValueId> =
-                    arguments.iter().map(|argument| self.expression(*argument)).collect::<Result<_, _>>()?;
+                let parameters = self.parameters(*law, arguments)?;
                 let x = self.number_of(variable, at)?;
                 let ln = law.ln_density(&mut self.builder, x, &parameters);
                 let holds = self.law_holds(*law, arguments)?;

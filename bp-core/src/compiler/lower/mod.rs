@@ -14,7 +14,7 @@ mod first_scan;
 mod given;
 mod law;
 mod logarithm;
-mod normal;
+mod normal_bins;
 mod over_time;
 mod read_out;
 mod table;

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::forms::{bernoulli, row, surely, truncated, weights};
 use crate::ids::{ExpressionId, ValueId};
 use crate::law::{Constraint, Law};
-use crate::model::{Expression, row_tolerance};
+use crate::model::{Expression, Model, row_tolerance};
 use std::collections::{BTreeSet, HashMap};
 
 impl Lowering<'_> {
@@ -72,8 +72,7 @@ impl Lowering<'_> {
         if surely::is_probability(self.model, id) {
             return Ok(value);
         }
-        let tolerance = if surely::is_computed(self.model, id) { row_tolerance(1) } else { 0.0 };
-        let holds = bernoulli::holds(&mut self.builder, value, tolerance);
+        let holds = bernoulli::holds(&mut self.builder, value, tolerance(self.model, id));
         let nearest = self.nearest_probability(id, value);
         Ok(self.only_if(holds, nearest))
     }
@@ -82,8 +81,11 @@ impl Lowering<'_> {
     pub(super) fn row(&mut self, entries: &[ExpressionId]) -> Result<Vec<ValueId>, Error> {
         let values = self.expressions(entries)?;
         let model = self.model;
-        let is_surely = |position: usize| surely::is_probability(model, entries[position]);
-        let holds = row::holds(&mut self.builder, &values, is_surely);
+        let tolerance = |position: usize| {
+            let id = entries[position];
+            (!surely::is_probability(model, id)).then(|| tolerance(model, id))
+        };
+        let holds = row::holds(&mut self.builder, &values, tolerance);
         let entry = |(value, entry): (&ValueId, &ExpressionId)| {
             let nearest = self.nearest_probability(*entry, *value);
             self.only_if(holds, nearest)
@@ -93,7 +95,7 @@ impl Lowering<'_> {
 
     /// A computed probability with rounding errors beyond [0, 1] clamped.
     fn nearest_probability(&mut self, id: ExpressionId, value: ValueId) -> ValueId {
-        match surely::is_probability(self.model, id) || !surely::is_computed(self.model, id) {
+        match surely::is_probability(self.model, id) || !self.model.is_computed(id) {
             true => value,
             false => bernoulli::nearest(&mut self.builder, value),
         }
@@ -121,13 +123,30 @@ impl Lowering<'_> {
         Ok(truncated::holds(&mut self.builder, bounds))
     }
 
+    /// The parameters of a law; rounding errors of computed probabilities are clamped.
+    pub(super) fn parameters(&mut self, law: Law, arguments: &[ExpressionId]) -> Result<Vec<ValueId>, Error> {
+        let mut values = self.expressions(arguments)?;
+        for ((value, id), (_, constraint)) in values.iter_mut().zip(arguments).zip(law.parameters()) {
+            if constraint.is_probability() && !surely::is_probability(self.model, *id) {
+                let tolerance = tolerance(self.model, *id);
+                *value = bernoulli::rounded(&mut self.builder, *value, tolerance);
+            }
+        }
+        Ok(values)
+    }
+
     /// Whether the parameters of a law are valid.
     pub(super) fn law_holds(&mut self, law: Law, arguments: &[ExpressionId]) -> Result<ValueId, Error> {
-        let parameters = self.expressions(arguments)?;
+        let parameters = self.parameters(law, arguments)?;
         let model = self.model;
         let is_surely = |position: usize, constraint| {
             constraint == Constraint::Real && surely::is_finite(model, arguments[position])
         };
         Ok(law.holds(&mut self.builder, &parameters, is_surely))
     }
+}
+
+/// The tolerance of a probability outside [0, 1]: only a computed number is rounded.
+fn tolerance(model: &Model, id: ExpressionId) -> f64 {
+    if model.is_computed(id) { row_tolerance(1) } else { 0.0 }
 }

@@ -10,12 +10,34 @@ mod succession;
 
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law};
+use crate::model::{Expression, Folded, Model};
+use crate::operators::Unary;
 use serde::{Deserialize, Serialize};
 
 /// Tolerance of the sum of the probabilities of a row, and of a computed probability outside [0, 1]: rounding, also
 /// that of f32.
 pub fn row_tolerance(entries: usize) -> f64 {
     1e-6 + 1e-7 * entries as f64
+}
+
+impl Model {
+    /// Whether an expression contains arithmetic, so that it is subject to rounding. (A sign does not round.)
+    pub(crate) fn is_computed(&self, id: ExpressionId) -> bool {
+        let of = |expression: &Expression, below: &Folded<bool>| match expression {
+            Expression::Unary(Unary::Negate, operand) => *below.of(*operand),
+            Expression::Unary(..) | Expression::Binary(..) => true,
+            Expression::If { then, otherwise, .. } => *below.of(*then) || *below.of(*otherwise),
+            _ => false,
+        };
+        self.fold(id, of).root()
+    }
+
+    /// The number of an expression that is a probability: rounding errors beyond [0, 1] are clamped.
+    pub(crate) fn rounded(&self, id: ExpressionId, number: f64) -> f64 {
+        let (tolerance, nearest) = (row_tolerance(1), number.clamp(0.0, 1.0));
+        let is_rounding = number != nearest && (number - nearest).abs() <= tolerance;
+        if is_rounding && self.is_computed(id) { nearest } else { number }
+    }
 }
 
 /// The distribution of a factor's left-hand variable, given its right-hand ones.

@@ -68,9 +68,11 @@ impl Model {
     /// A use of a variable in a factor: `O`, `Z[i]`.
     pub fn use_name(&self, use_: &VariableUse, products: &[(String, IndexSpace)]) -> String {
         let name = self.spelled(use_.variable);
-        match use_.element {
-            Some(element) => format!("{name}[{}]", self.expression_text(element, products)),
-            None => name,
+        let Some(element) = use_.element else { return name };
+        let element = self.expression_text(element, products);
+        match name.strip_suffix("^-1") {
+            Some(name) => format!("{name}[{element}]^-1"),
+            None => format!("{name}[{element}]"),
         }
     }
 

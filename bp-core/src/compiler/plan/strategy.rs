@@ -115,7 +115,8 @@ impl Market<'_> {
             true => Err(refused(
                 model,
                 asks,
-                "an element of a family is observed alone: only a join tree takes that",
+                "an element of a family is observed alone, which only a join tree takes here; ask one variable at a time, \
+                 such as `P(X | F[1] = true)`",
             )),
             false => engine(strategy).offer(model, asks, &turn),
         };

@@ -7,7 +7,7 @@ use super::{Answer, Figure};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::ids::VariableId;
+use crate::ids::{FactorId, VariableId};
 use crate::model::{Ask, Domain, Finding, IndexSpace, Model, Question, Value};
 use crate::sample::Observations;
 use crate::spelling::{exact, number as written};
@@ -76,6 +76,19 @@ fn count(model: &Model, domain: &Domain, inputs: &Inputs<'_, f64>) -> Option<usi
         },
         _ => domain.count(),
     }
+}
+
+/// The number of values of a finite variable, and of its elements, once its sizes are known.
+pub(super) fn values(model: &Model, id: VariableId, inputs: &Inputs<'_, f64>) -> Option<(usize, usize)> {
+    let variable = &model.variables[id];
+    let elements = match variable.family.map(|family| family.over) {
+        None => 1,
+        Some(IndexSpace::Set(set)) => inputs.find_size(&model.sets[set].name)?,
+        Some(IndexSpace::Range(range)) => {
+            count(model, &Domain::Finite { labels: Vec::new(), range: Some(range) }, inputs)?
+        }
+    };
+    Some((count(model, &variable.domain, inputs)?, elements))
 }
 
 /// Refuses a value that a question writes, and that its domain, once its size is known, does not have.
@@ -200,6 +213,23 @@ pub(crate) fn refused(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Opt
         Err(error) => Some(error),
         Ok(setting) => setting.refused_number(&known(&setting, ask)),
     }
+}
+
+/// The value that one of these factors, Diracs of reals, does not have in a context that agrees with the known values. (A
+/// kernel computes with a real that a Dirac determines as with its value, and a comparison takes NaN for a number.)
+pub(crate) fn refused_value(
+    model: &Model,
+    ask: &Ask,
+    inputs: &Inputs<'_, f64>,
+    factors: &[FactorId],
+) -> Result<(), Error> {
+    if factors.is_empty() {
+        return Ok(());
+    }
+    let setting = Setting::new(model, inputs)?;
+    let known =
+        Observations::of(&setting, ask).map_or_else(|_| vec![f64::NAN; setting.slots()], |all| all.values);
+    setting.refused_number_in(factors, &known).map_or(Ok(()), Err)
 }
 
 /// The known values of an ask, one for each slot.

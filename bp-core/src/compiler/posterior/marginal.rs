@@ -59,14 +59,16 @@ impl Part {
         match &self.law {
             PartLaw::Finite(numbers) => Some(numbers.clone()),
             PartLaw::Draws(draws, drawn) if finite => {
-                let mut sums = vec![0.0; self.width()];
+                let (mut sums, mut total) = (vec![0.0; self.width()], 0.0);
                 for draw in 0..draws.count() {
                     let at = drawn.iter().zip(&self.of).fold(0, |sum, (drawn, slot)| match drawn {
                         Drawn::At(position) => sum * slot.count + draws.value(draw, *position) as usize,
                         Drawn::Normals(_) => sum,
                     });
                     sums[at] += draws.weight(draw);
+                    total += draws.weight(draw);
                 }
+                sums.iter_mut().for_each(|sum| *sum /= total);
                 Some(sums)
             }
             _ => None,

@@ -24,7 +24,7 @@ pub(crate) use mixture::{Component, Mixture};
 pub use named_law::NamedLaw;
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
-pub(crate) use rows::{Reader, named};
+pub(crate) use rows::{Reader, named, will_fit};
 pub use table::{Column, Table};
 
 use crate::equation::Strategy;

@@ -5,20 +5,21 @@
 
 use super::quantile::{figures, of_finite};
 use super::table::{Column, Table};
-use super::{Figure, Row, argmax, moments, rank};
+use super::{Figure, Row, argmax, check, moments, rank};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::exec::compiled::least_tied;
 use crate::ids::VariableId;
 use crate::memory;
-use crate::model::{Ask, Model, Statistic, Value};
+use crate::model::{Ask, Finding, Model, Statistic, Value};
 use crate::operators::entropy;
 use crate::random::seeded;
 use crate::spelling::exact;
 use rand::RngExt;
 
-/// Limit of the rows with names.
+/// Limits of the rows with names, and of their bytes.
 const MOST_ROWS: f64 = 5e6;
+const MOST_BYTES: f64 = 3e9;
 
 /// Limit of the values drawn for one question.
 const MOST_DRAWS: f64 = 1e7;
@@ -157,24 +158,20 @@ impl Reader<'_> {
     /// Refuses more rows than fit in memory. A statistic of a context is smaller than the context itself.
     fn fits(&self) -> Result<(), Error> {
         let cells = self.table.numbers.len() as f64;
-        if cells > MOST_ROWS {
-            let fewer = "search and know fewer variables";
-            let help = match self.ask.statistic {
-                Statistic::Distribution => format!("`--table` writes the numbers alone; or {fewer}"),
-                _ => fewer.to_owned(),
-            };
-            return Err(Error::TooLarge { name: self.table.question.clone(), cells, most: MOST_ROWS, help });
-        }
+        fit(self.ask, &self.table.question, cells, self.columns())?;
         match self.ask.statistic {
             Statistic::Distribution => self.hold(cells, "`--table` writes the numbers alone"),
             _ => Ok(()),
         }
     }
 
+    fn columns(&self) -> f64 {
+        (self.table.right.len() + self.table.left.len()) as f64
+    }
+
     /// Refuses rows whose names do not fit in memory.
     fn hold(&self, rows: f64, help: &str) -> Result<(), Error> {
-        let columns = (self.table.right.len() + self.table.left.len()) as f64;
-        let bytes = rows * (ROW + NAMES * columns);
+        let bytes = rows * (ROW + NAMES * self.columns());
         match (bytes > SMALL_BYTES).then(memory::free).flatten() {
             Some(free) if bytes > free => {
                 let (name, help) = (self.table.question.clone(), help.to_owned());
@@ -270,6 +267,39 @@ impl Reader<'_> {
             },
         }
     }
+}
+
+/// Refuses an answer of more rows than are shown, before its table is computed; without the contexts of a plate.
+pub(crate) fn will_fit(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    let searched = ask.searched.iter().filter(|searched| searched.at.is_none());
+    let known = ask.known.iter().filter(|known| known.evidence == Finding::Each);
+    let open = searched.map(|searched| searched.variable).chain(known.map(|known| known.variable));
+    let (mut cells, mut columns) = (1.0, 0.0);
+    for id in open {
+        let Some((count, elements)) = check::values(model, id, inputs) else { return Ok(()) };
+        cells *= (count as f64).powf(elements as f64);
+        columns += elements as f64;
+    }
+    match cells > SMALL_BYTES / ROW {
+        true => fit(ask, &model.ask_text(ask), cells, columns),
+        false => Ok(()),
+    }
+}
+
+/// Refuses more rows than are shown.
+fn fit(ask: &Ask, question: &str, cells: f64, columns: f64) -> Result<(), Error> {
+    let is_shown = ask.statistic == Statistic::Distribution;
+    let most = if is_shown { (MOST_BYTES / (ROW + NAMES * columns)).floor() } else { MOST_ROWS };
+    let most = most.min(MOST_ROWS);
+    if cells <= most {
+        return Ok(());
+    }
+    let fewer = "search and know fewer variables";
+    let help = match is_shown {
+        true => format!("`--table` writes the numbers alone; or {fewer}"),
+        false => fewer.to_owned(),
+    };
+    Err(Error::TooLarge { name: question.to_owned(), cells, most, help })
 }
 
 /// The names of values, with those of their variables.

@@ -75,25 +75,20 @@ fn unit_of(numbers: impl Iterator<Item = f64>) -> f64 {
 impl Draws {
     /// Weighted draws of `kept` slots each.
     pub fn weighted(values: Vec<f64>, kept: usize, ln_weights: &[f64]) -> Self {
-        let count = ln_weights.len() as f64;
+        // Divided by their sum: a large ln of the sum is rounded, and the weights would not sum to one.
+        let most = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let weights = ln_weights.iter().map(|ln| if most.is_finite() { (ln - most).exp() } else { 0.0 });
+        let mut weights: Vec<f64> = weights.collect();
+        let total: f64 = weights.iter().sum();
+        if total > 0.0 {
+            weights.iter_mut().for_each(|weight| *weight /= total);
+        }
         // Draws of one weight, such as those of a posterior, lose no digits of it.
-        if let Some(first) = ln_weights.first().filter(|first| ln_weights.iter().all(|ln| ln == *first))
-            && first.is_finite()
-        {
-            let weights = vec![1.0 / count; ln_weights.len()];
-            return Self { values, kept, weights, ln_mean_weight: Some(*first), chain: None, origins: None };
-        }
-        let total = ln_sum(ln_weights);
-        let weights = ln_weights.iter().map(|ln| if total.is_finite() { (ln - total).exp() } else { 0.0 });
-        let ln_mean_weight = total - count.ln();
-        Self {
-            values,
-            kept,
-            weights: weights.collect(),
-            ln_mean_weight: Some(ln_mean_weight),
-            chain: None,
-            origins: None,
-        }
+        let ln_mean_weight = match ln_weights.first() {
+            Some(first) if ln_weights.iter().all(|ln| ln == first) => *first,
+            _ => ln_sum(ln_weights) - (ln_weights.len() as f64).ln(),
+        };
+        Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain: None, origins: None }
     }
 
     /// Draws of chains of `length` draws each, chain after chain.
@@ -163,7 +158,9 @@ impl Draws {
             return [chains::mean(&values), chains::error(&values, length)];
         }
         let weighted = (0..self.count()).filter(|draw| self.weights[*draw] > 0.0);
-        let mean: f64 = weighted.clone().map(|draw| self.weights[draw] * f(draw)).sum();
+        // Exactly 1 where f is 1 for all.
+        let total: f64 = weighted.clone().map(|draw| self.weights[draw]).sum();
+        let mean = weighted.clone().map(|draw| self.weights[draw] * f(draw)).sum::<f64>() / total;
         let parts = weighted.map(|draw| (draw, self.weights[draw] * (f(draw) - mean)));
         let unit = unit_of(parts.clone().map(|(_, part)| part));
         let parts = parts.map(|(draw, part)| (draw, part / unit));

@@ -101,7 +101,9 @@ pub(super) fn run(arguments: &Vision) -> Result<(), Error> {
     let mut pairs = Vec::new();
     for files in arguments.pair.chunks_exact(4) {
         let pair = Pair::read(&files[0], &files[1], &files[2])?;
-        pairs.push((pair, Truth::read(&files[3], arguments.truth_scale)?));
+        let truth = Truth::read(&files[3], arguments.truth_scale)?;
+        truth.check_picture(&files[3], &pair.left)?;
+        pairs.push((pair, truth));
     }
     let (mut figures, mut curves) = (Vec::new(), Vec::new());
     let exact = |pair: &Pair, truth: &Truth| DisparityMap {
@@ -118,7 +120,7 @@ pub(super) fn run(arguments: &Vision) -> Result<(), Error> {
                 Some(matcher) => pair.matched_with_population(matcher)?,
                 None => (exact(pair, truth), None),
             };
-            scored.extend(truth.score(&found)?);
+            scored.extend(truth.score(&found));
             counted += truth.count();
             for evidence in [EvidenceKind::Hard, EvidenceKind::Virtual] {
                 let heard = FrameEvidence { evidence, population: population.as_ref() };

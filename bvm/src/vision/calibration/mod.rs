@@ -98,11 +98,20 @@ impl Calibration {
     }
 
     /// Checks that the calibration is for pictures of this size; `path` is only named in errors. A file without a size
-    /// matches any.
+    /// matches any that are wider than its disparities.
     ///
     /// # Errors
-    /// Another width or height, with the ratio of the two if it is a simple factor.
+    /// Another width or height, with the ratio of the two if it is a simple factor; as many disparities as the pictures are
+    /// wide.
     pub fn check_pictures(&self, path: &Path, width: usize, height: usize) -> Result<(), VisionError> {
+        if self.max_disparity_px >= width {
+            let reason = format!(
+                "{} disparities are searched (`max_disparity_px`; `ndisp` of Middlebury; {KITTI_DISPARITIES} of KITTI), but \
+                 the pictures are {width} pixels wide: expected fewer than the width",
+                self.max_disparity_px
+            );
+            return Err(VisionError::File { path: path.to_path_buf(), reason });
+        }
         let Some([own_width, own_height]) = self.picture_px else { return Ok(()) };
         if (own_width, own_height) == (width, height) {
             return Ok(());

@@ -77,16 +77,17 @@ impl RawPair {
             match (beside(path, "cam0"), beside(path, "cam1")) {
                 (Some(left), Some(right)) => [left, right],
                 _ => {
-                    let reason =
-                        "the folder does not contain `cam0/sensor.yaml` and `cam1/sensor.yaml`".to_string();
-                    return Err(VisionError::CalibrationSyntax { path: path.to_path_buf(), reason });
+                    let reason = "a folder is a EuRoC recording, but `cam0/sensor.yaml` and `cam1/sensor.yaml` are missing; \
+                                  other calibrations are files"
+                        .to_string();
+                    return Err(VisionError::File { path: path.to_path_buf(), reason });
                 }
             }
         } else if path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml") {
             let text = path.to_string_lossy();
             let Some(at) = text.rfind("cam0") else {
                 let reason = "a `sensor.yaml` of the left camera has `cam0` in its path".to_string();
-                return Err(VisionError::CalibrationSyntax { path: path.to_path_buf(), reason });
+                return Err(VisionError::File { path: path.to_path_buf(), reason });
             };
             [path.to_path_buf(), PathBuf::from(format!("{}cam1{}", &text[..at], &text[at + 4..]))]
         } else {

@@ -7,7 +7,7 @@
 //! leak) Π (1 − pᵢ)^(1 − xᵢ): each absent condition may prevent it (Pearl, *Probabilistic Reasoning in Intelligent
 //! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006).
 
-use super::Form;
+use super::{Form, row_tolerance};
 use crate::ids::ExpressionId;
 use crate::model::{Expression, ModelBuilder, ParameterKind};
 use crate::operators::Binary;
@@ -39,8 +39,8 @@ impl ModelBuilder {
         Form::Bernoulli(self.with_chances(holds, conditions, leak))
     }
 
-    /// A probability; if one of its factors lies outside [0, 1], that factor, which is then refused as a probability.
-    /// (Two such factors can multiply to a number inside.)
+    /// A probability; if one of its factors lies outside [0, 1] by more than rounding, that factor, which is then refused as
+    /// a probability. (Two such factors can multiply to a number inside.)
     fn with_chances(
         &mut self,
         probability: ExpressionId,
@@ -52,9 +52,10 @@ impl ModelBuilder {
             if self.is_probability(chance) {
                 continue;
             }
-            let (zero, one) = (self.number(0.0), self.number(1.0));
-            let above = self.binary(Binary::GreaterOrEqual, chance, zero);
-            let below = self.binary(Binary::LessOrEqual, chance, one);
+            let tolerance = if self.so_far().is_computed(chance) { row_tolerance(1) } else { 0.0 };
+            let (least, most) = (self.number(-tolerance), self.number(1.0 + tolerance));
+            let above = self.binary(Binary::GreaterOrEqual, chance, least);
+            let below = self.binary(Binary::LessOrEqual, chance, most);
             let condition = self.binary(Binary::And, above, below);
             result = self.expression(Expression::If { condition, then: result, otherwise: chance });
         }

@@ -8,6 +8,7 @@ use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::{Covariance, Dirichlet, Law, Support};
 use crate::model::{Domain, Expression, Form, Model};
 use crate::radix;
+use crate::spelling::number as written;
 use std::collections::{HashMap, HashSet};
 
 /// Tolerance of the sum of constant probabilities.
@@ -176,7 +177,19 @@ fn branch_faults(
             }
         }
         Form::Unknown(fit) => law::fit_faults(model, id, fit, domain, name, faults),
-        Form::Dirac(value) => faults.extend(dirac_fault(model, id, *value, domain, name)),
+        Form::Dirac(value) => {
+            let constant = model.constant(*value).filter(|value| !value.is_finite());
+            match constant {
+                Some(number) => faults.push(fault(
+                    Place::Expression(id, *value),
+                    format!(
+                        "the value of a `dirac` must be a finite number, but this is {}",
+                        written(number)
+                    ),
+                )),
+                None => faults.extend(dirac_fault(model, id, *value, domain, name)),
+            }
+        }
         Form::Previous { of, otherwise, .. } => {
             if model.variables[*of].domain != *domain {
                 let of = model.variable_name(*of);
@@ -215,9 +228,10 @@ fn probability_faults(model: &Model, id: FactorId, entry: ExpressionId) -> Optio
             rest.extend([otherwise, then].into_iter().filter(|part| seen.insert(*part)));
             continue;
         }
-        if let Some(value) = model.constant(entry).filter(|value| !(0.0..=1.0).contains(value)) {
+        let value = model.constant(entry).map(|value| model.rounded(entry, value));
+        if let Some(value) = value.filter(|value| !(0.0..=1.0).contains(value)) {
             let why = if value.is_nan() { ", as of counts or weights that are all 0" } else { "" };
-            let message = format!("a probability lies between 0 and 1, but this is {value}{why}");
+            let message = format!("a probability lies between 0 and 1, but this is {}{why}", written(value));
             return Some(fault(Place::Expression(id, entry), message));
         }
     }

@@ -40,6 +40,7 @@ pub(super) fn argument_fault(
 ) -> Option<Fault> {
     let (what, constraint) = law.parameters()[position];
     let value = model.constant(argument)?;
+    let value = if constraint.is_probability() { model.rounded(argument, value) } else { value };
     let expected = constraint.refuses(value)?;
     Some(fault(
         Place::Expression(id, argument),

@@ -141,7 +141,10 @@ impl<'s> Chain<'s> {
 
     /// The error that an instant has probability zero, with the first observation that excludes it.
     fn impossible(&mut self, last: Option<&Product>, instant: &Instant, number: usize) -> Error {
-        let mut reason = "no value of the carried variables is possible there".to_owned();
+        let heads: Vec<String> =
+            self.factors.now.clone().into_iter().map(|slot| self.factors.named(slot, 0.0).1).collect();
+        let mut reason =
+            format!("no value of the carried variables is possible there; see `{}`", heads.join("`, `"));
         for count in 0..=instant.len() {
             let some = instant[..count].to_vec();
             let product = self.factors.product(&some, number == 0, true);

@@ -4,13 +4,15 @@
 //! inputs and are made once; a number outside the range of a form is an error that names the form.
 
 use super::super::{Case, Found, Prepared};
-use super::impossible;
+use super::{impossible, relevant};
 use crate::equation::{Exact, Mark};
 use crate::error::Error;
 use crate::exec::{Guarded, Lanes};
+use crate::ids::{ExpressionId, FactorId};
 use crate::kernel::{Kernel, OutputKey};
 use crate::lower::{Output, lower_guarded};
-use crate::model::{Ask, Finding, Model, Question, Statistic};
+use crate::model::{Ask, Expression, Finding, Form, Model, Question, Statistic, VariableUse};
+use crate::operators::{Binary, Unary};
 use crate::posterior::{Table, check};
 
 /// Sums and products, ready to run.
@@ -25,6 +27,8 @@ pub(super) struct Kernels {
     texts: Vec<String>,
     /// For each ask of the route, the index of its table.
     places: Vec<usize>,
+    /// Diracs of reals whose value may not be finite.
+    diracs: Vec<FactorId>,
 }
 
 impl Kernels {
@@ -49,7 +53,35 @@ impl Kernels {
         let outputs: Vec<Output> = lowered.outputs.into_iter().filter(|it| it.ask.is_some()).collect();
         let texts = outputs.iter().flat_map(|output| &output.ask).map(|ask| model.ask_text(ask)).collect();
         let (ln_evidence, lanes) = (exact.ln_evidence, Lanes::new(lowered.kernel));
-        Ok(Self { ln_evidence, log, lanes, outputs, texts, places })
+        let mut diracs = relevant(model, &exact.asks);
+        diracs.retain(|id| {
+            let factor = &model.factors[*id];
+            let of_real = |left: &VariableUse| !model.variables[left.variable].domain.is_finite();
+            factor.left.iter().any(of_real) && may_be_infinite(model, &factor.form)
+        });
+        Ok(Self { ln_evidence, log, lanes, outputs, texts, places, diracs })
+    }
+}
+
+/// Whether a form has a Dirac whose value contains an operator that may leave the finite numbers.
+fn may_be_infinite(model: &Model, form: &Form) -> bool {
+    let leaves = |id: ExpressionId| match model.expressions[id] {
+        Expression::Binary(Binary::Divide, _, by) => model.constant(by).is_none_or(|by| by == 0.0),
+        Expression::Binary(operator, ..) => matches!(operator, Binary::Power | Binary::Remainder),
+        Expression::Unary(operator, _) => matches!(
+            operator,
+            Unary::NaturalLogarithm
+                | Unary::BinaryLogarithm
+                | Unary::Exponential
+                | Unary::SquareRoot
+                | Unary::LnGamma
+        ),
+        _ => false,
+    };
+    match form {
+        Form::Dirac(value) => model.nodes_below(*value).into_iter().any(leaves),
+        Form::If { then, otherwise, .. } => may_be_infinite(model, then) || may_be_infinite(model, otherwise),
+        _ => false,
     }
 }
 
@@ -71,6 +103,10 @@ impl Prepared for Kernels {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
         let inputs = case.inputs;
         check::families(self.outputs.iter().filter_map(|output| output.ask.as_ref()), inputs)?;
+        for output in &self.outputs {
+            let Some(ask) = &output.ask else { continue };
+            check::refused_value(model, ask, inputs, &self.diracs)?;
+        }
         let Guarded { mut outputs, mut extended, extents } = self.lanes.run_guarded(inputs, self.log)?;
         let ln_evidence = self.ln_evidence.then(|| outputs.get(OutputKey::LnEvidence)[0]);
         let mut found = Vec::new();

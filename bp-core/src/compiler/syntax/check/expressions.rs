@@ -67,7 +67,7 @@ impl Checker<'_> {
             ExprKind::Field(..) | ExprKind::Answer { .. } => self.foreign(expr, None, scope),
             ExprKind::First { family, with, index } => self.first(span, family, with, index, scope),
             ExprKind::Unary(op, operand) => self.unary(span, *op, operand, scope),
-            ExprKind::Binary(op, left, right) => self.binary(span, *op, left, right, scope, hint),
+            ExprKind::Binary(..) => self.binary(expr, scope, hint),
             ExprKind::Vector(entries) => {
                 let parts: Vec<_> = entries.iter().map(|entry| self.number_of(entry, scope)).collect();
                 let parts: Vec<ExpressionId> = parts.into_iter().collect::<Option<_>>()?;

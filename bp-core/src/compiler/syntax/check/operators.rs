@@ -29,20 +29,32 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn binary(
+    /// An expression with two operands. A chain of operators, which leans to the left, takes no stack.
+    pub(super) fn binary(&mut self, expr: &Expr, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {
+        let (mut chain, mut first, mut hint) = (Vec::new(), expr, hint.cloned());
+        while let ExprKind::Binary(op, left, right) = &first.kind {
+            // A label belongs to the domain of the other operand.
+            let other = self.domain_of(right);
+            chain.push((first.span(), *op, &**left, &**right, std::mem::replace(&mut hint, other)));
+            first = left;
+        }
+        let mut typed = self.expression(first, scope, hint.as_ref());
+        for (span, op, left, right, hint) in chain.into_iter().rev() {
+            let domain = self.domain_of(left);
+            let second = self.expression(right, scope, domain.as_ref());
+            typed = typed.zip(second).and_then(|both| self.combined((span, op), (left, right), both, hint));
+        }
+        typed
+    }
+
+    fn combined(
         &mut self,
-        span: Span,
-        op: BinaryOp,
-        left: &Expr,
-        right: &Expr,
-        scope: &Scope,
-        hint: Option<&Domain>,
+        (span, op): (Span, BinaryOp),
+        (left, right): (&Expr, &Expr),
+        both: (Typed, Typed),
+        hint: Option<Domain>,
     ) -> Option<Typed> {
-        // A label belongs to the domain of the other operand.
-        let domains = (self.domain_of(left), self.domain_of(right));
-        let first = self.expression(left, scope, domains.1.as_ref());
-        let second = self.expression(right, scope, domains.0.as_ref());
-        let ((left_id, left_type), (right_id, right_type)) = (first?, second?);
+        let ((left_id, left_type), (right_id, right_type)) = both;
         use BinaryOp::*;
         let operator = operator(op);
         let kind = match (op, &left_type, &right_type) {
@@ -62,7 +74,7 @@ impl Checker<'_> {
             (Times | Over, Type::Vector(_), Type::Number) => left_type.clone(),
             (Times, Type::Number, Type::Vector(_)) => right_type.clone(),
             (Plus | Minus, Type::Element(one), Type::Element(other)) if one != other => {
-                return self.displaced(span, op, (left_id, *one), (right_id, *other), hint);
+                return self.displaced(span, op, (left_id, *one), (right_id, *other), hint.as_ref());
             }
             _ => {
                 let model = self.model.so_far();
