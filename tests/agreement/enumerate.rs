@@ -186,7 +186,10 @@ pub(crate) fn answer(program: &Program, all: &[(Assignment, f64)], ask: &Ask) ->
     let found = conditional(program, all, &searched, &ask.known);
     let is = |wanted: fn(&Evidence) -> bool| ask.known.iter().any(|(_, evidence)| wanted(evidence));
     let event = !is(|evidence| matches!(evidence, Evidence::Each));
-    if event && found.contexts[0].1.is_none() {
+    // Beside variables with a context for each value, evidence may be impossible whatever their values.
+    let observed =
+        is(|evidence| matches!(evidence, Evidence::Hard(_) | Evidence::Real(_) | Evidence::Virtual(_)));
+    if event && found.contexts[0].1.is_none() || observed && !is_possible(found.ln_evidence) {
         return Expected::Impossible;
     }
     let soft = is(|evidence| matches!(evidence, Evidence::Soft(_)));

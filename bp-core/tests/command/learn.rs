@@ -319,3 +319,21 @@ fn estimators_that_do_not_fit_get_the_reason() {
         assert!(stderr(&output).contains(expected), "{estimator}: {}", stderr(&output));
     }
 }
+
+#[test]
+fn a_family_over_time_is_learned_and_read_back() {
+    let text = "program Z { variables { X[i in 1..=2] : bool; X[i in 1..=2]^-1 : bool; }
+        decomposition { prod(i in 1..=2) { P(X[i]^-1) P(X[i] | X[i]^-1) } }
+        forms { P(X[i]^-1) = previous(X) else bernoulli(0); P(X[i] | X[i]^-1) = unknown(histogram); } }";
+    let data = "X[1],X[2]\ntrue,false\ntrue,true\nfalse,false\ntrue,false\n";
+    let folder = Folder::with(&[("z.bp", text), ("z.csv", data)]);
+    let output = folder.bp(&["learn", "z.bp", "--data", "z.csv", "--out", "l.bp"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    // Of both elements, from false: three times true and twice false; from true: once true and twice false.
+    let learned = std::fs::read_to_string(folder.path("l.bp")).unwrap();
+    for row in ["P(X[i] | X[i]^-1) = table {", "false: 0.4, 0.6;", "true: 0.6666666666666666, 0.3333333333333333;"] {
+        assert!(learned.contains(row), "{learned}");
+    }
+    let output = folder.bp(&["check", "l.bp"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}

@@ -6,7 +6,8 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-const COIN: &str = "program Coin { variables { A : bool; } decomposition { P(A) } forms { P(A) = unknown(histogram); } }";
+const COIN: &str =
+    "program Coin { variables { A : bool; } decomposition { P(A) } forms { P(A) = unknown(histogram); } }";
 
 fn bp(folder: &Path, arguments: &[&str], stdin: Stdio) -> Output {
     Command::new(env!("CARGO_BIN_EXE_bp")).current_dir(folder).args(arguments).stdin(stdin).output().unwrap()
@@ -36,7 +37,8 @@ fn a_learned_program_on_stdout_stands_alone() {
     std::fs::write(folder.path().join("coin.bp"), COIN).unwrap();
     std::fs::write(folder.path().join("coin.csv"), "A\ntrue\nfalse\ntrue\ntrue\n").unwrap();
     for out in ["/dev/stdout", "-"] {
-        let output = bp(folder.path(), &["learn", "coin.bp", "--data", "coin.csv", "--out", out], Stdio::null());
+        let output =
+            bp(folder.path(), &["learn", "coin.bp", "--data", "coin.csv", "--out", out], Stdio::null());
         let (page, report) = (text(&output.stdout), text(&output.stderr));
         assert!(page.contains("P(A) = bernoulli(0.75);") && page.trim_end().ends_with('}'), "{page}");
         assert!(report.contains("4 cases"), "{report}");
@@ -96,7 +98,8 @@ fn what_convert_cannot_keep_is_said() {
 #[test]
 fn a_column_that_names_no_variable_is_named_with_its_file() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("coin.bp"), COIN.replace("unknown(histogram)", "bernoulli(0.5)")).unwrap();
+    std::fs::write(folder.path().join("coin.bp"), COIN.replace("unknown(histogram)", "bernoulli(0.5)"))
+        .unwrap();
     std::fs::write(folder.path().join("cases.csv"), "a\ntrue\n").unwrap();
     let output = bp(folder.path(), &["batch", "coin.bp", "--cases", "cases.csv"], Stdio::null());
     let message = text(&output.stderr);

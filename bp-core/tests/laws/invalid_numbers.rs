@@ -303,7 +303,7 @@ fn rounding_of_constants_and_in_laws_is_clamped() {
     // Numbers as they stand, in the program or given for a parameter, are not rounded.
     let literal = Source::new("test", text.replace("bernoulli(1 - 0.9 - 0.1)", "bernoulli(-0.0000001)"));
     let wrong = compile(&literal).unwrap_err().render(&literal, false);
-    assert!(wrong.contains("a probability lies between 0 and 1, but this is -0.0000001"), "{wrong}");
+    assert!(wrong.contains("a probability lies between 0 and 1, but this is -1e-7"), "{wrong}");
     let model = model_of(&text.replace("bernoulli(3 * b / 0.3)", "bernoulli(b)"));
     let given = Inputs::new().number("b", -1e-7);
     refused(ask(&model, &question(&model, "P(C)"), &given), ["P(C) = bernoulli(b)", "", "is -1e-7"]);
@@ -317,7 +317,10 @@ fn the_value_of_a_dirac_that_is_summed_out() {
     let model = model_of(text);
     for asked in ["P(Z)", "P(X | Z = true)", "P(Z | X)"] {
         let found = ask(&model, &question(&model, asked), &Inputs::new());
-        refused(found, ["`P(Y | X) = dirac(ln(X - 1))`, where X = 0", "the value is NaN,", "a finite number"]);
+        refused(
+            found,
+            ["`P(Y | X) = dirac(ln(X - 1))`, where X = 0", "the value is NaN,", "a finite number"],
+        );
     }
     let known = ask(&model, &question(&model, "P(Z | X = 2)"), &Inputs::new()).unwrap().remove(0);
     assert_eq!(known.answer[1].p(), Some(0.9));

@@ -302,22 +302,24 @@ fn impossible_evidence_names_its_factor() {
     assert!(message.contains("`P(N)` is 0 for `N = 2`"), "{message}");
     let message = refusal("P(B | C = false, A = true)");
     assert!(message.contains("`P(C | B)` is 0 for `C = false` where `B = true`"), "{message}");
+    // An improbable event is not an error.
+    let given = answer(text, "P(A | B = true, C = true)", &Inputs::new());
+    near(&numbers(&given), &[1e-300, 1.0], 1e-14);
     // A form without a possible value, beyond a variable that has one.
     let text = "program Never { variables { D, E : 0..=2; } decomposition { P(D) P(E | D) }
         forms { P(D) = dirac(2); P(E | D) = dirac(D + 1); } }";
     for asked in ["P(E)", "P(D)"] {
         let message = try_answer(text, asked, &Inputs::new()).unwrap_err().to_string();
-        let expected = format!("`{asked}` has probability zero: `P(E | D)` is 0 for every value where `D = 2`");
+        let expected =
+            format!("`{asked}` has probability zero: `P(E | D)` is 0 for every value where `D = 2`");
         assert_eq!(message, expected);
     }
     // A value that is impossible whatever the value of a variable without one.
-    let text = "program Imp { variables { A : 0..=2; E : 0..=1; G : bool; } decomposition { P(A) P(E) P(G | A E) }
+    let text =
+        "program Imp { variables { A : 0..=2; E : 0..=1; G : bool; } decomposition { P(A) P(E) P(G | A E) }
         forms { P(A) = table { 0.5, 0, 0.5 }; P(E) = table { 1, 0 }; P(G | A E) = uniform; } }";
     for asked in ["P(G | A, E = 1)", "argmax P(G | A, E = 1)", "entropy P(G | A, E = 1)"] {
         let message = try_answer(text, asked, &Inputs::new()).unwrap_err().to_string();
         assert!(message.contains("`P(E)` is 0 for `E = 1`"), "{message}");
     }
-    // An improbable event is not an error.
-    let given = answer(text, "P(A | B = true, C = true)", &Inputs::new());
-    near(&numbers(&given), &[1e-300, 1.0], 1e-14);
 }
