@@ -331,7 +331,9 @@ fn a_family_over_time_is_learned_and_read_back() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     // Of both elements, from false: three times true and twice false; from true: once true and twice false.
     let learned = std::fs::read_to_string(folder.path("l.bp")).unwrap();
-    for row in ["P(X[i] | X[i]^-1) = table {", "false: 0.4, 0.6;", "true: 0.6666666666666666, 0.3333333333333333;"] {
+    for row in
+        ["P(X[i] | X[i]^-1) = table {", "false: 0.4, 0.6;", "true: 0.6666666666666666, 0.3333333333333333;"]
+    {
         assert!(learned.contains(row), "{learned}");
     }
     let output = folder.bp(&["check", "l.bp"]);
