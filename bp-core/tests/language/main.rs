@@ -12,6 +12,7 @@ mod doors;
 mod forms;
 mod functions;
 mod gallery_page;
+mod lists;
 mod pages;
 mod posteriors;
 mod quantiles;

@@ -6,6 +6,7 @@
 mod answer;
 mod draw;
 mod offer;
+mod preferred;
 mod refusal;
 
 pub(crate) use answer::{FEW, part, rows};

@@ -8,6 +8,7 @@
 //!
 //! Solved: with X = a Y + b observed, Y = (x − b) / a, and the weight is p(Y | parents) / |a|.
 
+use super::preferred::{is_long, moves_reals};
 use super::refusal::{refused_ask, refused_factor};
 use crate::equation::{Line, Notation, Strategy, is_proper, of_form};
 use crate::error::Error;
@@ -49,29 +50,15 @@ pub struct Sampled {
     /// The unknowns of what is observed, where their posteriors are known: they are drawn from these.
     pub(crate) conjugate: Option<Conjugate>,
     /// Whether the elements of a family depend on hidden finite elements of their own.
-    labels: bool,
+    pub(super) labels: bool,
     /// Whether a long family is observed, and a real on which others depend is drawn.
-    long: bool,
+    pub(super) long: bool,
     /// Whether weighted draws answer where no chain moves.
     pub(crate) or_weighting: bool,
 }
 
-/// Whether a variable is a family of many elements, or of a number that is given at run time, as rows are.
-fn is_long(model: &Model, id: VariableId) -> bool {
-    let over = model.variables[id].family.as_ref().map(|family| model.index_count(&family.over));
-    over.is_some_and(|count| count.is_none_or(|count| count > MANY))
-}
-
-/// Whether a real on which others depend is drawn.
-fn moves_reals(model: &Model, steps: &[(FactorId, Treatment)]) -> bool {
-    let parents: BTreeSet<VariableId> = steps.iter().flat_map(|(id, _)| of_form(model, *id)).collect();
-    let drawn = steps.iter().filter(|(_, treatment)| *treatment == Treatment::Drawn);
-    let mut left = drawn.flat_map(|(id, _)| &model.factors[*id].left).map(|use_| use_.variable);
-    left.any(|id| parents.contains(&id) && !model.variables[id].domain.is_finite())
-}
-
 /// More observations than this are many; the elements of a family are many.
-const MANY: usize = 8;
+pub(super) const MANY: usize = 8;
 
 /// Plans draws.
 ///
@@ -336,14 +323,6 @@ fn can_be_solved(model: &Model, id: ExpressionId, variable: VariableId) -> bool 
 }
 
 impl Sampled {
-    /// Whether chains are preferred to weighted draws: where these are `refused`; where there are many observations, with which few
-    /// draws of the prior agree, and chains integrate reals out or sum over the labels of a family; and wherever a long family or many
-    /// variables are observed beside hidden reals. Draws of a conjugate posterior need no chains.
-    pub(crate) fn is_preferred(&self, refused: bool) -> bool {
-        let marginalises = self.labels || !self.integrated.is_empty();
-        refused || self.conjugate.is_none() && (self.many && marginalises || self.long)
-    }
-
     /// The estimator, as lines: which variables are drawn, which are weighed.
     pub(crate) fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let searched: Vec<VariableId> =
