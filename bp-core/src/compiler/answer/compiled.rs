@@ -9,7 +9,7 @@ use super::{Answer, link, soft};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::kernel::Kernel;
-use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
+use crate::model::{Ask, Finding, Known, Model, Question, Statistic};
 use crate::plan::{self, Group, Options, Place, Plan, Strategy};
 use crate::posterior::{Part, Reader, Table, check, compare, will_fit};
 use crate::sample::Sampling;
@@ -240,27 +240,6 @@ impl CompiledQuestion<'_> {
                 self.answers(&Case { question: &self.question, inputs, instants, sampling, findings: None })
             }
         }
-    }
-
-    /// The inputs, with the defaults of parameters that the question names as values: `P(Mu | Y = effect)`.
-    fn with_defaults<'i>(&self, inputs: &Inputs<'i, f64>) -> Inputs<'i, f64> {
-        let known = self.question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from()));
-        let named = known.filter_map(|known| match &known.evidence {
-            Finding::Hard(Value::Given(name)) => Some((known.variable, name)),
-            _ => None,
-        });
-        let mut inputs = inputs.clone();
-        for (variable, name) in named {
-            let parameter = self.model.parameters.values().find(|parameter| parameter.name == *name);
-            let alone = self.model.variables[variable].family.is_none();
-            if let Some(default) = parameter.map(|parameter| &parameter.default)
-                && inputs.find(name).is_none()
-                && (default.len() > 1 || alone && !default.is_empty())
-            {
-                inputs = inputs.numbers(name, Cow::Owned(default.clone()));
-            }
-        }
-        inputs
     }
 
     pub(super) fn answers(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {

@@ -9,6 +9,7 @@ use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Finding, Known, Model, Question, Statistic, Value};
 use crate::sample::Sampling;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// The variables whose values a question leaves open.
@@ -77,6 +78,27 @@ fn each_open(question: &mut Question, fill: &mut dyn FnMut(VariableId, Option<&V
 }
 
 impl CompiledQuestion<'_> {
+    /// The inputs, with the defaults of parameters that the question names as values: `P(Mu | Y = effect)`.
+    pub(super) fn with_defaults<'i>(&self, inputs: &Inputs<'i, f64>) -> Inputs<'i, f64> {
+        let known = self.question().asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from()));
+        let named = known.filter_map(|known| match &known.evidence {
+            Finding::Hard(Value::Given(name)) => Some((known.variable, name)),
+            _ => None,
+        });
+        let mut inputs = inputs.clone();
+        for (variable, name) in named {
+            let parameter = self.model().parameters.values().find(|parameter| parameter.name == *name);
+            let alone = self.model().variables[variable].family.is_none();
+            if let Some(default) = parameter.map(|parameter| &parameter.default)
+                && inputs.find(name).is_none()
+                && (default.len() > 1 || alone && !default.is_empty())
+            {
+                inputs = inputs.numbers(name, Cow::Owned(default.clone()));
+            }
+        }
+        inputs
+    }
+
     /// Answers a question whose open variables may be given under their own names; the answers show the values.
     ///
     /// # Errors
