@@ -173,7 +173,7 @@ fn a_variance_that_moves() {
     let given = |program: Program, data: &Data| {
         sequence(program.with("sigma1", data.number("sigma1")).unwrap(), data)
     };
-    agrees("garch", "garch-garch11", 2000, slot, given);
+    agrees("garch", "garch-garch11", 5000, slot, given);
 }
 
 #[test]

@@ -270,7 +270,11 @@ fn requests_too_large_are_refused_with_their_size() {
     );
     let dice = dice.to_str().unwrap();
     refused(&["ask", dice, "a"], &["4.3e9 cells", "34.4 GB", "memory are free"]);
-    refused(&["ask", dice, "s"], &["products", "make their domains smaller"]);
+    // One value of B fulfils the Dirac for each S: 5 = 4 + 1, …, 12 = 4 + 8.
+    let sums = json(&well(&["ask", dice, "s", "--json"]));
+    let p: Vec<f64> =
+        sums["answer"].as_array().unwrap().iter().map(|row| row["p"].as_f64().unwrap()).collect();
+    assert_eq!(p, [[0.0; 3].as_slice(), &[0.125; 8]].concat());
     let wide = file(
         "wide.bp",
         "program W { variables { X : 0..=1000000000000; Y : -1000000000000..=1000000000000; } decomposition { P(X) P(Y) } forms { P(X) = uniform; P(Y) = uniform; } question x { P(X) } question y { P(Y | X = 3) } }",

@@ -321,9 +321,13 @@ impl CompiledQuestion<'_> {
         if let Found::Table(table, None) = found
             && self.model.plate.is_none()
             && known.iter().any(is_event)
+            && ask.searched.iter().all(|searched| searched.at.is_none())
             && table.numbers.iter().all(|p| *p == 0.0)
         {
-            return Err(sums::impossible(&self.model, ask, inputs));
+            // Soft evidence is applied to the answer of the rest.
+            let mut ask = ask.clone();
+            ask.known.retain(|known| !matches!(known.evidence, Finding::Soft(_)));
+            return Err(sums::impossible(&self.model, &ask, inputs));
         }
         match found {
             Found::Normal(..) => Err(self.no_table(ask, "`gaussian` answers with a normal law")),

@@ -183,14 +183,15 @@ mod tests {
             other.contains("`height`") && other.contains("use the calibration of these pictures"),
             "{other}"
         );
-        // A file without a size matches any picture; KITTI files may have one.
+        // A file without a size matches any picture that is wider than its largest disparity; KITTI files may have one.
         let silent = MIDDLEBURY.replace("width=2964\nheight=1988\n", "");
-        assert!(read(&silent, "").unwrap().check_pictures(Path::new(""), 5, 5).is_ok());
+        assert!(read(&silent, "").unwrap().check_pictures(Path::new(""), 641, 481).is_ok());
+        assert!(refused(&read(&silent, "").unwrap(), 5, 5).contains("5"));
         let kitti = format!("S_rect_02: 1.242e+03 3.75e+02\n{KITTI}");
         let rig = read(&kitti, "image_2/0.png").unwrap();
         assert!(rig.check_pictures(Path::new(""), 1242, 375).is_ok());
         assert!(refused(&rig, 1241, 376).contains("1242x375"));
-        assert!(read(&kitti, "image_0/0.png").unwrap().check_pictures(Path::new(""), 9, 9).is_ok());
+        assert!(read(&kitti, "image_0/0.png").unwrap().check_pictures(Path::new(""), 641, 481).is_ok());
     }
 
     #[test]

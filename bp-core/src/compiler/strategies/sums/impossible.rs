@@ -8,10 +8,9 @@ use crate::distribution::Setting;
 use crate::equation::{self, Options};
 use crate::error::{Error, Impossible};
 use crate::exec::{Inputs, Lanes};
-use crate::ids::VariableId;
 use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
-use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
+use crate::model::{Ask, Finding, Form, Known, Model, Question, Statistic, Value};
 use crate::sample::Observations;
 use crate::spelling::exact;
 
@@ -34,8 +33,10 @@ pub(crate) fn judged(error: Error, model: &Model, ask: &Ask, inputs: &Inputs<'_,
 }
 
 fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> {
+    let is_hard = |known: &&Known| matches!(known.evidence, Finding::Hard(_));
+    let observed_alone = Ask { known: ask.known.iter().filter(is_hard).cloned().collect(), ..ask.clone() };
     if let Ok(setting) = Setting::new(model, inputs)
-        && let Ok(observations) = Observations::of(&setting, ask)
+        && let Ok(observations) = Observations::of(&setting, &observed_alone)
         && let Some(reason) = setting.zero_factor(&observations.values)
     {
         return Some(reason);
@@ -52,34 +53,17 @@ fn reason(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Option<String> 
         }
     }
     let (before, known) = (&ask.known[..possible], ask.known.get(possible)?);
-    // A factor whose variables are all observed may exclude their values by itself.
-    let find = |id: &VariableId| ask.known[..=possible].iter().find(|known| known.variable == *id).cloned();
-    for factor in model.factors.values() {
-        let all: Vec<VariableId> =
-            factor.right.iter().chain(&factor.left).map(|use_| use_.variable).collect();
-        if !all.contains(&known.variable) || factor.left.len() != 1 {
-            continue;
-        }
-        let Some(mut own) = all.iter().map(find).collect::<Option<Vec<Known>>>() else { continue };
-        if is_possible(model, ask, &own, inputs) == Some(false) {
-            let left = own.pop()?;
-            if is_possible(model, ask, &own, inputs) != Some(true) && !own.is_empty() {
-                continue;
-            }
-            let (head, left) = (model.head(factor), observed(model, &left, inputs));
-            let right = match own.is_empty() {
-                true => String::new(),
-                false => format!(" where {}", names(model, &own, inputs)),
-            };
-            return Some(format!("`{head}` is 0 for `{left}`{right}"));
-        }
-    }
-    let head = model.head(&model.factors[model.factor_of(known.variable)?]);
+    let factor = &model.factors[model.factor_of(known.variable)?];
+    // A uniform distribution excludes no value: what depends on the variable does.
+    let see = match factor.form {
+        Form::Uniform => String::new(),
+        _ => format!("; see `{}`", model.head(factor)),
+    };
     let given = match before.is_empty() {
         true => String::new(),
         false => format!(" given {}", names(model, before, inputs)),
     };
-    Some(format!("`{}` is impossible{given}; see `{head}`", observed(model, known, inputs)))
+    Some(format!("`{}` is impossible{given}{see}", observed(model, known, inputs)))
 }
 
 /// Whether these observations have a positive probability; `None` where that has no exact answer.
