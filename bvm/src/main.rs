@@ -22,7 +22,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Balance(command::balance::Arguments),
+    Balance(Box<command::balance::Arguments>),
     #[command(subcommand)]
     Calibrate(command::calibrate::Sense),
     Explore(command::explore::Arguments),

@@ -280,7 +280,7 @@ impl Tally {
         let heading = m[1][0].atan2(m[0][0]);
         let turns = ((self.heading.0 - heading) / TAU).round();
         self.heading = (heading, self.heading.1 + turns);
-        if self.rows % self.every == 0 {
+        if self.rows.is_multiple_of(self.every) {
             let time = (instant.time - self.first_ns) as f64 * 1e-9;
             let [x, y, z] = m[2];
             self.points.push([time, x, y, z, heading / TAU + self.heading.1]);

@@ -93,7 +93,8 @@ mod tests {
     #[test]
     fn constant_signals_are_not_clipped() {
         let mut clipping = Clipping::new(None);
-        let steps = (0..300).map(|step| if (100..200).contains(&step) { 1.5708 } else { 0.0 });
+        let steps =
+            (0..300).map(|step| if (100..200).contains(&step) { std::f64::consts::FRAC_PI_2 } else { 0.0 });
         assert_eq!(steps.filter(|rate| clipping.of([*rate, 0.0, 9.80665]).is_some()).count(), 0);
         let mut known = Clipping::new(Some(2.0));
         assert_eq!((known.of([1.9, 0.0, 0.0]), known.of([-2.0, 0.0, 0.0])), (None, Some(2.0)));

@@ -5,6 +5,9 @@
 //! `models/rest.bp`). Out: the estimated motion, with deviations. Invariant: the probabilities are those of the programs; units,
 //! clocks and faults of sensors are measurement.
 
+// Rows and columns of small matrices are numbered as in the equations.
+#![allow(clippy::needless_range_loop)]
+
 mod clock;
 pub mod columns;
 mod consistency;

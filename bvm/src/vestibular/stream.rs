@@ -204,9 +204,8 @@ impl Stream {
     }
 
     fn instant(&mut self, row: Row, interval: Interval) -> Result<Instant, Error> {
-        let mut events = Events::default();
-        events.no_rate = row.rate.is_none();
-        events.no_force = row.force.is_none();
+        let (no_rate, no_force) = (row.rate.is_none(), row.force.is_none());
+        let mut events = Events { no_rate, no_force, ..Events::default() };
         let step = match interval {
             Interval::First => None,
             Interval::Step(step) => Some(step),

@@ -131,7 +131,7 @@ fn guarded(
     let is_wrong = |key: OutputKey, cell: f64| match key {
         OutputKey::Total => false,
         // ln 0 of impossible evidence.
-        OutputKey::LnEvidence => !(cell < f64::INFINITY),
+        OutputKey::LnEvidence => cell.is_nan() || cell == f64::INFINITY,
         _ => !cell.is_finite(),
     };
     if arrays.iter().any(|(key, cells)| cells.iter().any(|cell| is_wrong(*key, *cell))) {

@@ -338,20 +338,19 @@ impl<'m> Build<'m> {
         let carried = self.carried(|(now, _)| *now)?;
         let asked = searched.iter().map(|id| Ok(self.slots(*id)?.collect::<Vec<usize>>()));
         let asked: Vec<usize> = asked.collect::<Result<Vec<_>, Error>>()?.concat();
-        let laws: [(&[usize], fn(usize) -> OutputKey); 2] =
-            [(&carried, OutputKey::Law), (&asked, OutputKey::Moment)];
         let axes = self.lowering.plate.clone();
         let zero = self.tangents.builder.constant(0.0);
         let mut sum = self.ln_evidence;
         let mut outputs = vec![(OutputKey::LnEvidence, self.ln_evidence)];
-        for (slots, key) in laws {
+        for (slots, is_law) in [(&carried, true), (&asked, false)] {
             let means = slots.iter().map(|slot| self.law.means[slot]);
             let covariances = slots.iter().enumerate().flat_map(|(row, slot)| {
                 slots[..=row].iter().map(|other| self.law.covariance(*slot, *other).unwrap_or(zero))
             });
             let all: Vec<ValueId> = means.chain(covariances).collect();
             for (place, value) in all.into_iter().enumerate() {
-                outputs.push((key(place), value));
+                let key = if is_law { OutputKey::Law(place) } else { OutputKey::Moment(place) };
+                outputs.push((key, value));
                 sum = self.tangents.builder.binary(Binary::Add, sum, value);
             }
         }
