@@ -1,7 +1,7 @@
 //! Faults of a sensor that its own numbers show: readings at the end of the range.
 //!
 //! In: readings. Out: whether one is clipped. Invariant: a reading is clipped only if it repeats to the bit, at the largest value
-//! so far, after readings that differed: a constant signal, as in made data, is none.
+//! so far, after readings that differed: a signal that is constant from the start is not clipped.
 
 use super::rotation::Vector;
 

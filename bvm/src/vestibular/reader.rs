@@ -260,7 +260,7 @@ fn nanoseconds(text: &str, unit: Unit) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Why a stamp is none: a number that is too large for its unit suits another one.
+/// Why a stamp is refused: a number that is too large for its unit suits another one.
 fn not_a_stamp(text: &str, unit: Unit) -> String {
     let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
     let suits = |number: f64| TIMES.into_iter().find(|unit| number.abs() * unit.size < 9e9);

@@ -103,7 +103,7 @@ fn motion(
     steps: u32,
     dt: f64,
     rate: impl Fn(f64) -> Vector,
-    told: impl Fn(u32, Vector, Vector) -> Option<(Vector, Vector)>,
+    sensed: impl Fn(u32, Vector, Vector) -> Option<(Vector, Vector)>,
 ) -> (String, Vec<[f64; 4]>) {
     let mut text = "t_s,gx,gy,gz,ax,ay,az\n".to_owned();
     let (mut orientation, mut truth) = ([1.0, 0.0, 0.0, 0.0], Vec::new());
@@ -113,7 +113,7 @@ fn motion(
         orientation = rotation::product(orientation, rotation::from_vector(now.map(|rate| dt * rate)));
         let force =
             rotation::apply(&rotation::transposed(&rotation::matrix(orientation)), [0.0, 0.0, 9.80665]);
-        if let Some((gyro, force)) = told(step, now, force) {
+        if let Some((gyro, force)) = sensed(step, now, force) {
             let [a, b, c] = gyro;
             let [x, y, z] = force;
             writeln!(text, "{time:.6},{a},{b},{c},{x},{y},{z}").unwrap();

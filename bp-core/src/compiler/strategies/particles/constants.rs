@@ -2,7 +2,7 @@
 //!
 //! In: a program over time. Out: whether particles draw a constant; an error where few of its values are left. Invariant: a value
 //! that no particle has any more does not come back, so that the particles of one origin are one draw of the constants: their
-//! standard errors are those between origins at the start, and below a few origins there is none.
+//! standard errors are those between origins at the start, and a few origins give none.
 
 use super::{Cloud, Moves};
 use crate::error::Error;
