@@ -6,8 +6,7 @@
 use super::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::FactorId;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use crate::model::in_order;
 
 impl Setting<'_> {
     /// The instances of factors that are in order, each after those that it reads.
@@ -37,47 +36,19 @@ impl Setting<'_> {
             let other = other.map(|other| self.reads(other)).unwrap_or_default();
             self.reads(own).into_iter().chain(other).collect()
         };
-        after_needs(items, self.slots(), needs, |item| of(item).0.left.clone())
+        after_needs(items, needs, |item| of(item).0.left.clone())
     }
 }
 
-/// The items in order; as they are, if there is none.
+/// The items in order; as they are, if they have no order.
 fn after_needs<T>(
     items: Vec<T>,
-    slots: usize,
     needs: impl Fn(&T) -> Vec<usize>,
     gives: impl Fn(&T) -> Vec<usize>,
 ) -> Vec<T> {
-    let mut givers = vec![usize::MAX; slots];
-    for (place, item) in items.iter().enumerate() {
-        gives(item).into_iter().for_each(|slot| givers[slot] = place);
-    }
-    let mut waits = vec![0usize; items.len()];
-    let mut followers: Vec<Vec<usize>> = vec![Vec::new(); items.len()];
-    for (place, item) in items.iter().enumerate() {
-        for slot in needs(item) {
-            let giver = givers[slot];
-            if giver != usize::MAX && giver != place {
-                waits[place] += 1;
-                followers[giver].push(place);
-            }
-        }
-    }
-    let mut ready: BinaryHeap<Reverse<usize>> =
-        (0..items.len()).filter(|place| waits[*place] == 0).map(Reverse).collect();
-    let mut order = Vec::with_capacity(items.len());
-    while let Some(Reverse(place)) = ready.pop() {
-        order.push(place);
-        for follower in &followers[place] {
-            waits[*follower] -= 1;
-            if waits[*follower] == 0 {
-                ready.push(Reverse(*follower));
-            }
-        }
-    }
-    if order.len() < items.len() {
-        return items;
-    }
+    let needs: Vec<Vec<usize>> = items.iter().map(needs).collect();
+    let gives: Vec<Vec<usize>> = items.iter().map(gives).collect();
+    let Some(order) = in_order(&needs, &gives) else { return items };
     let mut items: Vec<Option<T>> = items.into_iter().map(Some).collect();
     order.into_iter().filter_map(|place| items[place].take()).collect()
 }
@@ -91,7 +62,7 @@ mod tests {
     fn elements_alternate() {
         let items: Vec<(usize, Vec<usize>)> =
             vec![(0, vec![]), (1, vec![3]), (2, vec![4]), (3, vec![0]), (4, vec![1]), (5, vec![2, 3])];
-        let order = after_needs(items, 6, |(_, needs)| needs.clone(), |(own, _)| vec![*own]);
+        let order = after_needs(items, |(_, needs)| needs.clone(), |(own, _)| vec![*own]);
         assert_eq!(order.into_iter().map(|(own, _)| own).collect::<Vec<_>>(), [0, 3, 1, 4, 2, 5]);
     }
 }

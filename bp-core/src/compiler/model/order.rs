@@ -4,13 +4,14 @@
 //! ready the first comes first; inputs that no item provides are available from the start.
 
 use super::Model;
-use crate::ids::{FactorId, VariableId};
+use crate::ids::FactorId;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::hash::Hash;
 
 /// The positions of the items in order; `None` if there is a cycle.
-pub(crate) fn in_order(needs: &[Vec<VariableId>], gives: &[Vec<VariableId>]) -> Option<Vec<usize>> {
-    let mut giver: HashMap<VariableId, usize> = HashMap::new();
+pub(crate) fn in_order<K: Copy + Eq + Hash>(needs: &[Vec<K>], gives: &[Vec<K>]) -> Option<Vec<usize>> {
+    let mut giver: HashMap<K, usize> = HashMap::new();
     for (position, given) in gives.iter().enumerate() {
         giver.extend(given.iter().map(|variable| (*variable, position)));
     }
@@ -58,7 +59,7 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::Id;
+    use crate::ids::{Id, VariableId};
 
     #[test]
     fn the_first_that_is_ready_comes_first() {
