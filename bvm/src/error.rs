@@ -23,6 +23,12 @@ pub enum Error {
     /// Pictures.
     #[error(transparent)]
     Report(#[from] crate::report::ReportError),
+    /// A scene that does not exist.
+    #[error("{0}")]
+    Scene(String),
+    /// A mistake in a scene file.
+    #[error(transparent)]
+    SceneFile(#[from] crate::world::scene::SceneError),
     /// Questions to the programs.
     #[error(transparent)]
     Program(#[from] bp_core::compiler::error::Error),

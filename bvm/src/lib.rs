@@ -16,6 +16,7 @@ pub mod error;
 pub mod exploration;
 pub mod frame;
 pub mod grid;
+pub mod head;
 mod input;
 pub mod map;
 pub mod programs;

@@ -10,31 +10,11 @@
 use crate::error::Error;
 use crate::frame::great_circle;
 use crate::grid::{Direction, Grid};
+use crate::head::{Gaze, Policy};
 use crate::map::{Heading, Map};
 use crate::programs::{gaze, view};
 use crate::world::sensors::DepthCamera;
 use bp_core::compiler::answer::argmax;
-
-/// A direction to look at.
-#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
-pub struct Gaze {
-    /// Azimuth in the map's frame, rad to the left.
-    pub azimuth: f64,
-    /// Elevation, rad upwards.
-    pub elevation: f64,
-    /// The score: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 if there was no choice.
-    pub score: f64,
-    /// Distance of the chosen frontier cell, m.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub range_m: Option<f64>,
-}
-
-impl Gaze {
-    /// A direction without a score.
-    pub fn at(azimuth: f64, elevation: f64) -> Self {
-        Self { azimuth, elevation, score: 0.0, range_m: None }
-    }
-}
 
 /// The angle of each direction to the heading, rad.
 fn away(grid: &Grid, heading: &Heading) -> Vec<f32> {
@@ -70,6 +50,18 @@ impl Gradient {
             },
             None => Gaze::at(heading.yaw, 0.0),
         })
+    }
+}
+
+impl Policy for Gradient {
+    fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
+        Gradient::choose(self, map, heading)
+    }
+}
+
+impl Policy for View {
+    fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
+        View::choose(self, map, heading)
     }
 }
 

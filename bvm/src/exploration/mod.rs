@@ -7,27 +7,20 @@ mod gaze;
 mod report;
 mod score;
 
-pub use gaze::{Gaze, Gradient, View};
+pub use crate::head::Gaze;
+pub use gaze::{Gradient, View};
 pub use report::Report;
 pub use score::Score;
 
-use crate::audition::Hearing;
 use crate::error::Error;
 use crate::frame::wrap_angle;
-use crate::grid::{Grid, GridConfiguration};
+use crate::head::{Look, Policy, depth};
 use crate::map::{Heading, Map};
-use crate::vestibular::{Balance, Vestibular};
-use crate::vision::{EvidenceKind, Sight};
-use crate::world::sensors::{DepthCamera, Ears, Gyroscope, Pose, turn_profile};
+use crate::vision::EvidenceKind;
+use crate::world::sensors::DepthCamera;
 use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
 use serde::Serialize;
-
-/// Time between looks, seconds.
-const STEP_S: f64 = 0.5;
-
-/// Most tilt of the camera, rad.
-const MOST_TILT: f64 = 1.1;
 
 /// A gaze strategy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -77,6 +70,21 @@ pub struct Step {
     pub occupancy_entropy: f64,
 }
 
+impl From<&Look> for Step {
+    fn from(look: &Look) -> Self {
+        let readings = |sense: usize| look.senses.get(sense).map_or(0, |one| one.readings);
+        Self {
+            gaze: look.gaze,
+            true_yaw: look.truth.map_or(look.attitude.yaw, |truth| truth.yaw),
+            estimated_yaw: wrap_angle(look.attitude.yaw),
+            heard: look.senses.len() > 2 && readings(1) > 0,
+            readings: readings(0),
+            entropy: look.entropy,
+            occupancy_entropy: look.occupancy_entropy,
+        }
+    }
+}
+
 /// A run of one strategy.
 #[derive(Clone, Debug)]
 pub struct Episode {
@@ -86,6 +94,8 @@ pub struct Episode {
     pub initial: [f64; 2],
     /// The steps.
     pub steps: Vec<Step>,
+    /// The same with what each sense gave and each stage took.
+    pub looks: Vec<Look>,
     /// The map at the end.
     pub map: Map,
     /// The final map compared with the world at the last look.
@@ -96,7 +106,7 @@ pub struct Episode {
     pub time_s: f64,
 }
 
-/// Explores the simulated world, with this kind of evidence from a range reading.
+/// Explores the built-in room, with this kind of evidence from a range reading.
 ///
 /// # Errors
 /// An invalid grid.
@@ -105,61 +115,58 @@ pub fn explore(
     evidence: EvidenceKind,
     steps: usize,
     seed: u64,
+    done: impl FnMut(),
+) -> Result<Episode, Error> {
+    explore_world(&World::embedded(seed), rule, evidence, steps, seed, done)
+}
+
+/// Explores a world with the fast head of [`depth`]; ends before `steps` where nothing is left to see.
+///
+/// # Errors
+/// An invalid grid.
+pub fn explore_world(
+    world: &World,
+    rule: Rule,
+    evidence: EvidenceKind,
+    steps: usize,
+    seed: u64,
     mut done: impl FnMut(),
 ) -> Result<Episode, Error> {
-    let grid = Grid::new(GridConfiguration::default_exploration())?;
-    let world = World::embedded(seed);
-    let (camera, ears, gyroscope) = (DepthCamera::default(), Ears::default(), Gyroscope::default());
-    let mut noise = ["sight", "hearing", "balance", "gaze"].map(|purpose| seeded(seed, purpose));
-    let mut map = Map::new(grid.clone())?;
-    let mut hearing = Hearing::calibrated(&grid);
-    let mut sight = Sight::default();
-    let (mut view, mut gradient) = (View::of(&camera, &grid, MOST_TILT), Gradient::default());
-    let mut balance = Vestibular::at_rest(Balance::Gyroscope)?;
+    let mut head = depth::head(world.clone(), evidence, seed)?;
+    let mut policy = rule.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, seed);
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
-    let initial = [sum(map.entropy()), sum(map.occupancy_entropy())];
-    let (mut true_yaw, mut time_s, mut looked_s) = (0.0, 0.0, 0.0);
-    let mut gaze = Gaze::at(0.0, 0.0);
-    let mut history = Vec::with_capacity(steps);
-    for number in 0..steps {
-        let heading = Heading { yaw: balance.yaw() };
-        let pose = Pose { yaw: true_yaw, heading, pitch: gaze.elevation };
-        let readings = camera.look(&world, &grid, pose, time_s, &mut noise[0]);
-        let seen = sight.likelihood(&grid, &readings, camera.sigma_min_m, evidence)?;
-        let cues = ears.hear(&world, true_yaw, &mut noise[1]);
-        let heard = match &cues {
-            None => None,
-            Some(cues) => Some(hearing.turned(heading).likelihood(cues)?),
-        };
-        let likelihoods: Vec<_> = std::iter::once(&seen).chain(&heard).collect();
-        map.observe(&likelihoods)?;
-        history.push(Step {
-            gaze: Gaze { azimuth: wrap_angle(gaze.azimuth), ..gaze },
-            true_yaw: wrap_angle(true_yaw),
-            estimated_yaw: wrap_angle(heading.yaw),
-            heard: heard.is_some(),
-            readings: readings.iter().flatten().count(),
-            entropy: sum(map.entropy()),
-            occupancy_entropy: sum(map.occupancy_entropy()),
-        });
-        gaze = match rule {
-            Rule::View => view.choose(&map, &heading)?,
-            Rule::Gradient => gradient.choose(&map, &heading)?,
-            Rule::Random => random_gaze(&mut noise[3]),
-            Rule::Sweep => sweep_gaze(number + 1, camera.field_degrees),
-        };
-        gaze.elevation = gaze.elevation.clamp(-MOST_TILT, MOST_TILT);
-        let turn = heading.relative(gaze.azimuth);
-        for rate in turn_profile(turn, Vestibular::DT) {
-            true_yaw += rate * Vestibular::DT;
-            balance.feel(gyroscope.measure(rate, &mut noise[2]))?;
-        }
-        (looked_s, time_s) = (time_s, time_s + STEP_S);
+    let initial = [sum(head.map().entropy()), sum(head.map().occupancy_entropy())];
+    let mut looks: Vec<Look> = Vec::with_capacity(steps);
+    while looks.len() < steps {
+        looks.push(head.look(policy.as_mut())?);
         done();
+        if looks.last().is_some_and(|look| look.open_directions == 0) {
+            break;
+        }
     }
-    let heading = Heading { yaw: balance.yaw() };
-    let score = Score::of(&map, &world.truth_state(&grid, looked_s));
-    Ok(Episode { rule, initial, steps: history, map, score, heading, time_s })
+    let looked_s = looks.last().map_or(0.0, |look| look.time_s);
+    let score = Score::of(head.map(), &world.truth_state(head.map().grid(), looked_s));
+    let (heading, time_s) = (head.attitude().heading(), head.time_s());
+    let steps = looks.iter().map(Step::from).collect();
+    Ok(Episode { rule, initial, steps, looks, map: head.into_map(), score, heading, time_s })
+}
+
+impl Rule {
+    /// The policy of the strategy, for a camera that tilts by at most `most_tilt` radians.
+    pub fn policy(self, map: &Map, camera: &DepthCamera, most_tilt: f64, seed: u64) -> Box<dyn Policy> {
+        let mut noise = seeded(seed, "gaze");
+        let field = camera.field_degrees;
+        let mut number = 0;
+        match self {
+            Rule::View => Box::new(View::of(camera, map.grid(), most_tilt)),
+            Rule::Gradient => Box::new(Gradient::default()),
+            Rule::Random => Box::new(move |_: &Map, _: &Heading| Ok(random_gaze(&mut noise))),
+            Rule::Sweep => Box::new(move |_: &Map, _: &Heading| {
+                number += 1;
+                Ok(sweep_gaze(number, field))
+            }),
+        }
+    }
 }
 
 fn random_gaze(random: &mut impl Rng) -> Gaze {

@@ -4,7 +4,7 @@
 //! enters the solid, or whether the point is inside. Invariant: a ray that enters at distance d finds the
 //! points just beyond d inside and the points just before d outside.
 
-/// A solid; upright, axis-aligned, lengths in metres.
+/// A solid; upright, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A box between two opposite corners.
@@ -30,20 +30,71 @@ pub enum Shape {
         /// Lowest and highest z.
         height: [f64; 2],
     },
+    /// A box that is turned about the vertical, such as the leaf of a door.
+    Board {
+        /// Its centre.
+        centre: [f64; 3],
+        /// Half its sizes, in its own axes.
+        half: [f64; 3],
+        /// Yaw of its own axes, rad.
+        yaw: f64,
+    },
 }
 
 impl Shape {
     /// The solid displaced by `x` metres ahead and `y` metres to the left.
     pub fn moved(self, x: f64, y: f64) -> Shape {
+        self.displaced([x, y, 0.0])
+    }
+
+    /// The solid displaced by a vector.
+    pub fn displaced(self, [x, y, z]: [f64; 3]) -> Shape {
+        let add = |point: [f64; 3]| [point[0] + x, point[1] + y, point[2] + z];
+        match self {
+            Shape::Block { min, max } => Shape::Block { min: add(min), max: add(max) },
+            Shape::Ball { centre, radius } => Shape::Ball { centre: add(centre), radius },
+            Shape::Cylinder { axis, radius, height } => Shape::Cylinder {
+                axis: [axis[0] + x, axis[1] + y],
+                radius,
+                height: height.map(|end| end + z),
+            },
+            Shape::Board { centre, half, yaw } => Shape::Board { centre: add(centre), half, yaw },
+        }
+    }
+
+    /// The solid turned about the vertical through the origin, counter-clockwise, rad.
+    pub fn turned(self, angle: f64) -> Shape {
         match self {
             Shape::Block { min, max } => {
-                Shape::Block { min: [min[0] + x, min[1] + y, min[2]], max: [max[0] + x, max[1] + y, max[2]] }
+                let centre = [0, 1, 2].map(|axis| 0.5 * (min[axis] + max[axis]));
+                let half = [0, 1, 2].map(|axis| 0.5 * (max[axis] - min[axis]));
+                Shape::Board { centre: about_vertical(centre, angle), half, yaw: angle }
             }
-            Shape::Ball { centre, radius } => {
-                Shape::Ball { centre: [centre[0] + x, centre[1] + y, centre[2]], radius }
+            Shape::Ball { centre, radius } => Shape::Ball { centre: about_vertical(centre, angle), radius },
+            Shape::Cylinder { axis: [x, y], radius, height } => {
+                let [x, y, _] = about_vertical([x, y, 0.0], angle);
+                Shape::Cylinder { axis: [x, y], radius, height }
             }
-            Shape::Cylinder { axis, radius, height } => {
-                Shape::Cylinder { axis: [axis[0] + x, axis[1] + y], radius, height }
+            Shape::Board { centre, half, yaw } => {
+                Shape::Board { centre: about_vertical(centre, angle), half, yaw: yaw + angle }
+            }
+        }
+    }
+
+    /// A box around the solid: corners with the smallest and the largest coordinates.
+    pub fn bounds(&self) -> [[f64; 3]; 2] {
+        let around = |centre: [f64; 3], half: [f64; 3]| {
+            [[0, 1, 2].map(|axis| centre[axis] - half[axis]), [0, 1, 2].map(|axis| centre[axis] + half[axis])]
+        };
+        match *self {
+            Shape::Block { min, max } => [min, max],
+            Shape::Ball { centre, radius } => around(centre, [radius; 3]),
+            Shape::Cylinder { axis: [x, y], radius, height: [low, high] } => {
+                [[x - radius, y - radius, low], [x + radius, y + radius, high]]
+            }
+            Shape::Board { centre, half: [x, y, z], yaw } => {
+                let (sine, cosine) = (yaw.sin().abs(), yaw.cos().abs());
+                around(centre, [cosine * x + sine * y, sine * x + cosine * y, z])
             }
         }
     }
@@ -59,12 +110,24 @@ impl Shape {
                 (height[0]..=height[1]).contains(&point[2])
                     && (point[0] - axis[0]).powi(2) + (point[1] - axis[1]).powi(2) <= radius * radius
             }
+            Shape::Board { centre, half, yaw } => {
+                let away = [0, 1, 2].map(|i| point[i] - centre[i]);
+                let own = about_vertical(away, -yaw);
+                (0..3).all(|i| own[i].abs() <= half[i])
+            }
         }
     }
 
     /// Distance in metres at which a ray from the origin along the unit vector `ray` enters the solid; `None`
     /// when it misses. The origin is expected outside.
     pub fn first_hit(&self, ray: [f64; 3]) -> Option<f64> {
+        let [enters, leaves] = self.passed(ray)?;
+        (leaves > 0.0 && enters > 0.0).then_some(enters)
+    }
+
+    /// The distances at which the line through the origin along the unit vector `ray` enters and leaves the solid; `None`
+    /// when it misses.
+    pub fn passed(&self, ray: [f64; 3]) -> Option<[f64; 2]> {
         let (enters, leaves) = match *self {
             Shape::Block { min, max } => overlap((0..3).map(|i| slab(min[i], max[i], ray[i])))?,
             Shape::Ball { centre, radius } => {
@@ -78,15 +141,19 @@ impl Shape {
                 let side = roots(x * x + y * y, x * axis[0] + y * axis[1], square);
                 overlap([side, slab(height[0], height[1], z)].into_iter())?
             }
+            Shape::Board { centre, half, yaw } => {
+                let (own, ray) = (about_vertical(centre, -yaw), about_vertical(ray, -yaw));
+                overlap((0..3).map(|i| slab(own[i] - half[i], own[i] + half[i], ray[i])))?
+            }
         };
-        (leaves > 0.0 && enters > 0.0).then_some(enters)
+        Some([enters, leaves])
     }
 
     /// A point of the solid 1 cm behind the middle of its visible part: on the ray towards its centre.
     pub fn sounding_point(&self) -> [f64; 3] {
         let centre = match *self {
             Shape::Block { min, max } => [0, 1, 2].map(|i| 0.5 * (min[i] + max[i])),
-            Shape::Ball { centre, .. } => centre,
+            Shape::Ball { centre, .. } | Shape::Board { centre, .. } => centre,
             Shape::Cylinder { axis, height, .. } => [axis[0], axis[1], 0.5 * (height[0] + height[1])],
         };
         let distance = centre.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -94,6 +161,12 @@ impl Shape {
         let range = self.first_hit(ray).map_or(distance, |hit| hit + 0.01);
         ray.map(|component| component * range)
     }
+}
+
+/// A vector turned about the vertical, counter-clockwise.
+pub(super) fn about_vertical([x, y, z]: [f64; 3], angle: f64) -> [f64; 3] {
+    let (sine, cosine) = angle.sin_cos();
+    [cosine * x - sine * y, sine * x + cosine * y, z]
 }
 
 /// The distances between which a ray from the origin with slope `ray` along one axis is between two planes.

@@ -6,7 +6,7 @@
 //! hidden.
 
 use super::World;
-use crate::frame::Spherical;
+use crate::frame::{Spherical, unit_vector};
 use crate::grid::Grid;
 
 /// Thickness in metres at which [`World::plan`] draws the walls.
@@ -32,6 +32,17 @@ impl World {
         grid.all_directions()
             .map(|direction| grid.rho_of(self.range(grid.direction_centre(direction), time_s).max(gap)))
             .collect()
+    }
+
+    /// The velocity of the first surface along every direction, `[x, y, z]` in m/s; `None` where it does not move. Shape:
+    /// `[elevation_cells][azimuth_cells]`.
+    pub fn truth_motion(&self, grid: &Grid, time_s: f64) -> Vec<Option<[f64; 3]>> {
+        let motion = |direction: (f64, f64)| {
+            let hit = self.hit(direction, time_s);
+            let point = unit_vector(direction.0, direction.1).map(|part| part * hit.range_m);
+            hit.body.map(|body| self.bodies[body].velocity(point, time_s))
+        };
+        grid.all_directions().map(|direction| motion(grid.direction_centre(direction))).collect()
     }
 
     /// Free, surface or hidden for every cell. Shape: `[cells_rho][elevation_cells][azimuth_cells]`.

@@ -56,7 +56,7 @@ fn the_loudspeaker_is_heard_where_it_stands() {
     let mut hearing = Hearing::calibrated(&grid);
     let world = World::embedded(1);
     for yaw_degrees in [0.0f64, 50.0, 100.0, 200.0, 300.0] {
-        let source = world.source_from(yaw_degrees.to_radians());
+        let source = world.source_from(&world.sources[0], yaw_degrees.to_radians(), 0.0);
         let sounding = hearing.sounding(&cues_of(source)).unwrap();
         let best = (0..sounding.len()).max_by(|a, b| sounding[*a].total_cmp(&sounding[*b])).unwrap();
         let heard = lateral_degrees(grid.centre(grid.cell(best).unwrap()));

@@ -10,7 +10,7 @@ use crate::frame::unit_vector;
 use crate::grid::Grid;
 use crate::map::Heading;
 use crate::vision::RangeReading;
-use crate::world::World;
+use crate::world::{World, clearness};
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
@@ -81,7 +81,7 @@ impl DepthCamera {
     /// One look, at a time in seconds. Out: one entry for each direction of the grid,
     /// `[elevation_cells][azimuth_cells]`: the reading along the ray through its centre. The ray is exact to the
     /// fraction of a column, except for the error of `pose.heading`. `None` outside the field of view and where the
-    /// reading was lost. A surface beyond the grid's reach is reported at its distance, not dropped.
+    /// reading was lost: by chance, in fog, or on a surface that gives none. A surface beyond the grid's reach is reported at its distance, not dropped.
     pub fn look(
         &self,
         world: &World,
@@ -97,10 +97,15 @@ impl DepthCamera {
                 let cosine = self.sees((azimuth, elevation), pose.pitch)?;
                 let lost: f64 = StandardUniform.sample(random);
                 let noise: f64 = StandardNormal.sample(random);
-                if lost < self.drop_out {
+                let seen = (azimuth + pose.yaw, elevation);
+                let hit = world.hit(seen, time_s);
+                let fog = world.fog_on([0.0; 3], unit_vector(seen.0, seen.1), hit.range_m);
+                let drop_out =
+                    if fog > 0.0 { 1.0 - (1.0 - self.drop_out) * clearness(fog) } else { self.drop_out };
+                if lost < drop_out || !hit.surface.is_readable() {
                     return None;
                 }
-                let range = world.range((azimuth + pose.yaw, elevation), time_s);
+                let range = hit.range_m;
                 let measured = (range + noise * self.sigma_m(range, cosine)).max(self.sigma_min_m);
                 let confidence = (self.sigma_min_m / self.sigma_m(measured, cosine)).min(1.0);
                 Some(RangeReading { range_m: measured as f32, confidence: confidence as f32 })

@@ -13,8 +13,8 @@
 //! Invariant: mirroring the source left to right changes the sign of every cue.
 
 use crate::frame::Spherical;
-use crate::world::World;
-use rand::Rng;
+use crate::world::{Source, World};
+use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 /// Number of frequency channels.
@@ -72,11 +72,19 @@ impl Default for Ears {
 }
 
 impl Ears {
-    /// The cues of the world's loudspeaker for a head turned by `yaw` radians; `None` if it is silent. The loudspeaker
-    /// does not move, so that the time only matters through the random generator.
-    pub fn hear(&self, world: &World, yaw: f64, random: &mut impl Rng) -> Option<Cues> {
+    /// The cues of a source of the world at a time, s, for a head turned by `yaw` radians: of one that plays; `None` if
+    /// there is none, or if it is silent at that moment.
+    pub fn hear(&self, world: &World, yaw: f64, time_s: f64, random: &mut impl Rng) -> Option<Cues> {
         let silent: f64 = StandardUniform.sample(random);
-        let exact = cues_of(world.source_from(yaw));
+        let playing = |source: &&Source| (source.plays_s[0]..source.plays_s[1]).contains(&time_s);
+        let sources: Vec<&Source> = world.sources.iter().filter(playing).collect();
+        let source = match sources.as_slice() {
+            [] => return None,
+            [only] => only,
+            // Formulas know one source at a time.
+            several => several[random.random_range(0..several.len())],
+        };
+        let exact = cues_of(world.source_from(source, yaw, time_s));
         let mut noisy = |value: f64, sigma: f64| {
             let noise: f64 = StandardNormal.sample(random);
             value + sigma * noise

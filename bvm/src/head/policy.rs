@@ -1,0 +1,43 @@
+//! The choice of the next gaze.
+//!
+//! In: the map and the heading. Out: a [`Gaze`]. Invariant: a policy knows nothing of the world.
+
+use crate::error::Error;
+use crate::map::{Heading, Map};
+use serde::{Deserialize, Serialize};
+
+/// A direction to look at.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Gaze {
+    /// Azimuth in the map's frame, rad to the left.
+    pub azimuth: f64,
+    /// Elevation, rad upwards.
+    pub elevation: f64,
+    /// The score: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 if there was no choice.
+    pub score: f64,
+    /// Distance of the chosen frontier cell, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_m: Option<f64>,
+}
+
+impl Gaze {
+    /// A direction without a score.
+    pub fn at(azimuth: f64, elevation: f64) -> Self {
+        Self { azimuth, elevation, score: 0.0, range_m: None }
+    }
+}
+
+/// A rule that chooses gazes; it is asked once for each look, so that it may count looks.
+pub trait Policy {
+    /// The next gaze.
+    ///
+    /// # Errors
+    /// Those of its program.
+    fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error>;
+}
+
+impl<F: FnMut(&Map, &Heading) -> Result<Gaze, Error>> Policy for F {
+    fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
+        self(map, heading)
+    }
+}
