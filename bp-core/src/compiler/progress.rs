@@ -19,6 +19,11 @@ pub fn stop() -> bool {
     runs
 }
 
+/// Forgets a request to stop, once the work that it concerned has ended: for hosts that live on, such as an interpreter.
+pub fn resume() {
+    STOPPED.store(false, Relaxed);
+}
+
 /// Whether a stop was requested.
 pub fn is_stopped() -> bool {
     STOPPED.load(Relaxed)

@@ -4,31 +4,75 @@
 //! and a report. Invariant: everything else stays as the author wrote it, comments included.
 
 use super::Program;
-use crate::data;
+use super::source::TableSource;
+use crate::data::Records;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::learn::{self, Columns, Learner, Report, Settings, sizes};
 use crate::source::Source;
 use crate::syntax::{compile, graft, parse};
 use std::ops::Deref;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-/// A table of cases, with options for reading it: `Learning::from("mails.csv").hidden("Kind")`.
-#[derive(Clone, Debug, Default)]
+/// A table of cases, with options for reading it: `Learning::from("mails.csv").hidden("Kind")`, or columns in memory.
+///
+/// ```
+/// use bp_core::prelude::*;
+/// # fn main() -> Result<(), bp_core::Error> {
+/// let lawn = Program::parse(
+///     "program Lawn {
+///          variables { Rain, Wet : bool; }
+///          decomposition { P(Rain) P(Wet | Rain) }
+///          forms { P(Rain) = unknown; P(Wet | Rain) = bernoulli(if Rain { 0.9 } else { 0.1 }); }
+///      }",
+/// )?;
+/// let seen = Learning::new().column("Rain", [true, true, false, true]).column("Wet", [true, false, true, true]);
+/// // Three of four days are rainy; `unknown` counts each value once more.
+/// assert_eq!(lawn.learn(seen)?.ask("P(Rain)")?.p(true)?, (3.0 + 1.0) / (4.0 + 2.0));
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
 pub struct Learning {
-    path: PathBuf,
+    source: TableSource,
     columns: Columns,
     settings: Settings,
 }
 
 impl<P: AsRef<Path>> From<P> for Learning {
     fn from(path: P) -> Self {
-        Self { path: path.as_ref().to_owned(), ..Self::default() }
+        Self { source: TableSource::file(path.as_ref()), ..Self::default() }
+    }
+}
+
+impl Default for Learning {
+    fn default() -> Self {
+        Self::of_records(Records::in_memory())
     }
 }
 
 impl Learning {
+    /// A table without columns, to which columns are added.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A table that has been read.
+    pub fn of_records(records: Records) -> Self {
+        let source = TableSource::records(records);
+        Self { source, columns: Columns::default(), settings: Settings::default() }
+    }
+
+    /// Another column in memory, with a cell for each case; an empty one is not observed. It has no effect on a file.
+    #[must_use]
+    pub fn column<T: ToString>(mut self, name: &str, cells: impl IntoIterator<Item = T>) -> Self {
+        if let TableSource::Records(records) = &mut self.source {
+            records.add_column(name, &cells.into_iter().map(|cell| cell.to_string()).collect::<Vec<_>>());
+        }
+        self
+    }
+
     /// A hidden variable.
     #[must_use]
     pub fn hidden(mut self, variable: &str) -> Self {
@@ -92,7 +136,7 @@ impl Learned {
 
     /// Its text: the author's, with the learned numbers; `None` for a program without text.
     pub fn text(&self) -> Option<&str> {
-        Some(&self.program.opened.source.as_ref()?.text)
+        self.program.text()
     }
 }
 
@@ -106,7 +150,7 @@ impl Deref for Learned {
 
 pub(super) fn learn(program: &Program, learning: &Learning) -> Result<Learned, Error> {
     let model = program.model();
-    let table = data::open(&learning.path, None)?;
+    let table = learning.source.read()?;
     let given = sizes(model, &table, program.settings.inputs())?;
     let mut learner = Learner::with(model, &given)?;
     learner.observe_table(&table, &learning.columns)?;

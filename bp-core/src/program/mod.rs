@@ -207,6 +207,11 @@ impl Program {
         &self.opened.model.name
     }
 
+    /// Its text, as it was read or learned; `None` of a model without text.
+    pub fn text(&self) -> Option<&str> {
+        Some(&self.opened.source.as_ref()?.text)
+    }
+
     /// The names of its variables.
     pub fn variables(&self) -> Vec<String> {
         let model = &self.opened.model;

@@ -8,7 +8,7 @@ use super::{Evidence, Posterior, Program, Value};
 use crate::answer::{
     CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants,
 };
-use crate::data;
+use crate::data::{self, Records};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
@@ -130,9 +130,16 @@ impl Question {
     /// # Errors
     /// As [`Question::over`]; a table that cannot be read, or a cell that is not a value of its variable.
     pub fn over_table(&self, path: impl AsRef<Path>) -> Result<Posterior, Error> {
-        let table = data::open(path.as_ref(), None)?;
-        let inputs = sizes(self.program.model(), &table, self.inputs())?;
-        let instants = read_instants(self.program.model(), &self.asked, &table, &inputs)?;
+        self.over_records(&data::open(path.as_ref(), None)?)
+    }
+
+    /// The same, given a table that has been read.
+    ///
+    /// # Errors
+    /// As [`Question::over_table`].
+    pub fn over_records(&self, table: &Records) -> Result<Posterior, Error> {
+        let inputs = sizes(self.program.model(), table, self.inputs())?;
+        let instants = read_instants(self.program.model(), &self.asked, table, &inputs)?;
         self.over_observed(&instants, &inputs)
     }
 

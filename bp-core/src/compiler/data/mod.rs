@@ -130,6 +130,36 @@ impl Records {
         Self { path: "columns in memory".into(), separator: b',', ..Self::default() }
     }
 
+    /// A table in memory, in one pass: `write` appends the text of a cell, by row and column, from 0; nothing is a missing
+    /// value. Messages call it `name`, and its rows by their numbers from `first`.
+    ///
+    /// # Errors
+    /// Two columns of one name; more text, or more rows, than a table holds (4 GiB).
+    pub fn of_columns(
+        name: &str,
+        columns: Vec<String>,
+        (first, rows): (usize, usize),
+        mut write: impl FnMut(usize, usize, &mut String),
+    ) -> Result<Self, Error> {
+        let mut table = Self { path: name.into(), separator: b',', width: columns.len(), ..Self::default() };
+        if let Some(at) = (1..columns.len()).find(|at| columns[..*at].contains(&columns[*at])) {
+            return Err(wrong(&table.path, format!("two columns have the name `{}`", shown(&columns[at]))));
+        }
+        let too_long = |table: &Self| wrong(&table.path, "it holds more than 4 GiB of text".to_owned());
+        for row in 0..rows {
+            for column in 0..columns.len() {
+                write(row, column, &mut table.cells);
+                let end = u32::try_from(table.cells.len()).map_err(|_| too_long(&table))?;
+                table.ends.push(end);
+            }
+            table.lines.push(u32::try_from(first + row).map_err(|_| too_long(&table))?);
+        }
+        table.names.clone_from(&columns);
+        table.positions = (0..columns.len()).collect();
+        table.columns = columns;
+        Ok(table)
+    }
+
     /// Adds a column of texts, one for each row; beyond its end, and in rows that only it has, cells are missing.
     pub fn add_column(&mut self, name: &str, texts: &[String]) {
         let rows = self.len().max(texts.len());

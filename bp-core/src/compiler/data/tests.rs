@@ -187,6 +187,26 @@ fn wrong_cells_name_row_column_and_domain() {
     );
 }
 
+#[test]
+fn columns_in_memory_are_a_table() {
+    let cells = [["1", "low"], ["", "hihg"]];
+    let columns = || vec!["A".to_owned(), "C".to_owned()];
+    let table = Records::of_columns("the frame", columns(), (7, 2), |row, column, text| {
+        text.push_str(cells[row][column]);
+    });
+    let table = table.unwrap();
+    assert_eq!((table.len(), table.text(1, 1), table.text(0, 0)), (2, "hihg", "1"));
+    let model = model();
+    let values = |name| Values::new(&model, model.variable(name).unwrap(), &|_| None);
+    assert_eq!(table.cell(0, 0, &values("A")).unwrap(), Some(Value { ordinal: Some(1), number: 1.0 }));
+    assert_eq!(table.cell(1, 0, &values("A")).unwrap(), None);
+    let error = table.cell(1, 1, &values("C")).unwrap_err().to_string();
+    assert!(error.starts_with("`the frame`, row 8, column `C`: `hihg` is not a value of `C`"), "{error}");
+    let twice = vec!["A".to_owned(), "B".to_owned(), "A".to_owned()];
+    let error = Records::of_columns("the frame", twice, (0, 0), |_, _, _| ()).unwrap_err().to_string();
+    assert_eq!(error, "`the frame`: two columns have the name `A`");
+}
+
 proptest! {
     /// Tables written by RFC 4180 are read back unchanged, with any separator and any line endings.
     #[test]

@@ -7,12 +7,22 @@
 //! (everything as far left as possible), and are kept while each vertex moves towards its neighbours.
 
 use super::order::{Layers, layered};
-use super::{Graph, Node};
+use super::{Graph, Marginal, Node};
 
 /// Half the height of an ellipse.
 pub(super) const HALF_HEIGHT: f64 = 19.0;
-/// Distance between layers.
-const LAYER: f64 = 92.0;
+/// Gap between the nodes of two layers.
+const BETWEEN: f64 = 54.0;
+/// The height of the name of a node with a distribution, and of a line below it.
+pub(super) const NAME: f64 = 26.0;
+pub(super) const LINE: f64 = 16.0;
+/// The width of a bar, and of the probability after it.
+pub(super) const BAR: f64 = 56.0;
+pub(super) const NUMBER: f64 = 40.0;
+/// The gap between the edge of a node with a distribution and its text.
+pub(super) const PADDING: f64 = 9.0;
+/// The width of a letter of a value.
+const SMALL: f64 = 6.4;
 /// Gap between neighbours.
 const GAP: f64 = 26.0;
 /// Gap between the content of a box and its edge; below there is room for the label.
@@ -42,8 +52,10 @@ pub(super) struct Layout {
     pub(super) centres: Vec<(f64, f64)>,
     /// Half the width of each node.
     pub(super) half_widths: Vec<f64>,
-    /// The points through which each edge bends, ends left out.
-    pub(super) bends: Vec<Vec<(f64, f64)>>,
+    /// Half the height of each node.
+    pub(super) half_heights: Vec<f64>,
+    /// The points through which each edge bends, ends left out, each with half the height of its layer.
+    pub(super) bends: Vec<Vec<(f64, f64, f64)>>,
     /// The boxes.
     pub(super) plates: Vec<Rectangle>,
     /// The box around the whole program.
@@ -58,8 +70,28 @@ fn half_width(node: &Node) -> f64 {
     let small = node.index.as_ref().map_or(0.0, |index| index.chars().count() as f64 * 0.75)
         + if node.previous { 1.5 } else { 0.0 };
     let text = (letters + small) * LETTER / 2.0;
+    let inside = match &node.marginal {
+        None => 0.0,
+        Some(Marginal::Line(line)) => line.chars().count() as f64 * SMALL,
+        Some(Marginal::Bars(bars)) => {
+            let longest = bars.iter().map(|(value, _)| value.chars().count()).max().unwrap_or(0);
+            longest as f64 * SMALL + 5.0 + BAR + NUMBER
+        }
+    };
+    if node.marginal.is_some() {
+        return (inside / 2.0).max(text) + PADDING;
+    }
     // Text in a diamond has less room.
     if node.deterministic { (text * 1.35 + 16.0).max(30.0) } else { (text + 13.0).max(25.0) }
+}
+
+/// Half the height of a node.
+fn half_height(node: &Node) -> f64 {
+    match &node.marginal {
+        None => HALF_HEIGHT,
+        Some(Marginal::Line(_)) => (NAME + LINE + PADDING) / 2.0,
+        Some(Marginal::Bars(bars)) => (NAME + LINE * bars.len() as f64 + PADDING) / 2.0,
+    }
 }
 
 /// Computes the layout of a graph.
@@ -67,12 +99,24 @@ pub(super) fn place(graph: &Graph) -> Layout {
     let layers = layered(graph);
     let mut half_widths: Vec<f64> = graph.nodes.iter().map(half_width).collect();
     half_widths.resize(layers.layer_of.len(), 2.0);
+    let mut half_heights: Vec<f64> = graph.nodes.iter().map(half_height).collect();
+    half_heights.resize(layers.layer_of.len(), HALF_HEIGHT);
     let x = columns(&layers, &half_widths, &graph.plates);
-    let y = |vertex: usize| layers.layer_of[vertex] as f64 * LAYER;
+    // The middle of each layer, and half its height.
+    let mut middles: Vec<(f64, f64)> = vec![(0.0, HALF_HEIGHT); layers.layers.len()];
+    for (vertex, layer) in layers.layer_of.iter().enumerate() {
+        middles[*layer].1 = middles[*layer].1.max(half_heights[vertex]);
+    }
+    for layer in 1..middles.len() {
+        let above = middles[layer - 1];
+        middles[layer].0 = above.0 + above.1 + BETWEEN + middles[layer].1;
+    }
+    let y = |vertex: usize| middles[layers.layer_of[vertex]].0;
     let mut plates: Vec<Rectangle> = vec![EMPTY; graph.plates.len()];
     for (vertex, plate) in layers.plate_of.iter().enumerate() {
         if let Some(plate) = plate {
-            plates[*plate].cover(x[vertex], y(vertex), half_widths[vertex] + INSIDE);
+            let half = half_widths[vertex] + INSIDE;
+            plates[*plate].cover((x[vertex], y(vertex)), half, half_heights[vertex]);
         }
     }
     for (plate, label) in plates.iter_mut().zip(&graph.plates) {
@@ -83,8 +127,9 @@ pub(super) fn place(graph: &Graph) -> Layout {
         plate.bottom += LABEL;
     }
     let mut all = EMPTY;
-    (0..graph.nodes.len()).for_each(|node| all.cover(x[node], y(node), half_widths[node]));
-    (graph.nodes.len()..x.len()).for_each(|bend| all.cover(x[bend], y(bend), 2.0));
+    (0..graph.nodes.len())
+        .for_each(|node| all.cover((x[node], y(node)), half_widths[node], half_heights[node]));
+    (graph.nodes.len()..x.len()).for_each(|bend| all.cover((x[bend], y(bend)), 2.0, 0.0));
     plates.iter().for_each(|plate| all.join(plate));
     if graph.nodes.is_empty() {
         all = Rectangle { left: 0.0, top: 0.0, right: 60.0, bottom: 20.0 };
@@ -108,10 +153,12 @@ pub(super) fn place(graph: &Graph) -> Layout {
         bottom: one.bottom + dy,
     };
     let point = |vertex: usize| (x[vertex] + dx, y(vertex) + dy);
-    let bends = |route: &Vec<usize>| route[1..route.len() - 1].iter().map(|bend| point(*bend)).collect();
+    let bend = |bend: &usize| (point(*bend).0, point(*bend).1, middles[layers.layer_of[*bend]].1);
+    let bends = |route: &Vec<usize>| route[1..route.len() - 1].iter().map(bend).collect();
     Layout {
         centres: (0..graph.nodes.len()).map(point).collect(),
         half_widths: half_widths[..graph.nodes.len()].to_vec(),
+        half_heights: half_heights[..graph.nodes.len()].to_vec(),
         bends: layers.routes.iter().map(bends).collect(),
         plates: plates.into_iter().map(moved).collect(),
         over: over.map(moved),
@@ -125,7 +172,7 @@ impl Layout {
     pub(super) fn is_clear(&self, nodes: &[Node], from: usize, to: usize) -> bool {
         let meets = |node: usize| {
             // In units in which the node with its margin is the unit circle.
-            let (a, b) = (self.half_widths[node] + ROOM, HALF_HEIGHT + ROOM);
+            let (a, b) = (self.half_widths[node] + ROOM, self.half_heights[node] + ROOM);
             let relative = |end: usize| {
                 let (centre, end) = (self.centres[node], self.centres[end]);
                 ((end.0 - centre.0) / a, (end.1 - centre.1) / b)
@@ -166,14 +213,13 @@ const EMPTY: Rectangle = Rectangle {
 
 impl Rectangle {
     /// Grows until it holds a node.
-    fn cover(&mut self, x: f64, y: f64, half_width: f64) {
-        let boxed = half_width > 2.0;
-        let (above, below) = if boxed { (HALF_HEIGHT, HALF_HEIGHT) } else { (0.0, 0.0) };
+    fn cover(&mut self, (x, y): (f64, f64), half_width: f64, half_height: f64) {
+        let half = if half_width > 2.0 { half_height + 4.0 } else { 0.0 };
         self.join(&Rectangle {
             left: x - half_width,
-            top: y - above - if boxed { 4.0 } else { 0.0 },
+            top: y - half,
             right: x + half_width,
-            bottom: y + below + if boxed { 4.0 } else { 0.0 },
+            bottom: y + half,
         });
     }
 

@@ -5,8 +5,8 @@
 //! given, once.
 //!
 //! An ellipse is a variable; a diamond is a variable with a Dirac form; a dashed outline marks the previous instant; a
-//! shaded node is known, a double outline marks a searched variable. A rounded box is repeated for each value of its
-//! index. If a factor distributes several variables jointly, each is drawn as a parent of those after it: P(X Y) = P(X)
+//! shaded node is known, a double outline marks a searched variable. A box with a name and bars is a variable with its
+//! [`Marginal`]. A rounded box is repeated for each value of its index. If a factor distributes several variables jointly, each is drawn as a parent of those after it: P(X Y) = P(X)
 //! P(Y | X).
 //!
 //! No available crate (layout-rs, rust-sugiyama) draws boxes around repeated nodes and routes long edges around others,
@@ -47,6 +47,17 @@ pub struct Node {
     pub mark: Mark,
     /// The box that contains it.
     pub plate: Option<usize>,
+    /// Its distribution, which is drawn inside it.
+    pub marginal: Option<Marginal>,
+}
+
+/// A distribution that is drawn inside a node.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Marginal {
+    /// Values with their probabilities, as bars.
+    Bars(Vec<(String, f64)>),
+    /// A line of text, such as an observed value, or the mean and the deviation of a real.
+    Line(String),
 }
 
 /// A network.
@@ -91,6 +102,7 @@ pub fn graph(model: &Model, question: Option<&Question>) -> Graph {
             deterministic: matches!(form, Some(Form::Dirac(_))),
             mark: question.map_or(Mark::None, |question| mark(model, question, *id)),
             plate,
+            marginal: None,
         });
     }
     let mut edges = BTreeSet::new();

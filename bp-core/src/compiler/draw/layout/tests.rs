@@ -3,7 +3,7 @@
 //! In: graphs. Out: none. Invariant: random graphs are seeded.
 
 use super::super::order::{layered, layers_of};
-use super::super::{Graph, Mark, Node};
+use super::super::{Graph, Marginal, Mark, Node};
 use super::*;
 
 fn graph(nodes: usize, edges: &[(usize, usize)], plates: &[&[usize]]) -> Graph {
@@ -14,6 +14,8 @@ fn graph(nodes: usize, edges: &[(usize, usize)], plates: &[&[usize]]) -> Graph {
         deterministic: position % 4 == 3,
         mark: Mark::None,
         plate: plates.iter().position(|plate| plate.contains(&position)),
+        marginal: (position % 6 == 5)
+            .then(|| Marginal::Bars(vec![("a value".to_owned(), 0.5); 1 + position % 4])),
     };
     Graph {
         name: "Test".to_owned(),
@@ -33,12 +35,13 @@ fn random(state: &mut u64, bound: usize) -> usize {
 #[track_caller]
 fn well_placed(graph: &Graph) {
     let layout = place(graph);
-    let boxes: Vec<Rectangle> = (layout.centres.iter().zip(&layout.half_widths))
-        .map(|((x, y), half)| Rectangle {
+    let halves = layout.half_widths.iter().zip(&layout.half_heights);
+    let boxes: Vec<Rectangle> = (layout.centres.iter().zip(halves))
+        .map(|((x, y), (half, half_height))| Rectangle {
             left: x - half,
-            top: y - HALF_HEIGHT,
+            top: y - half_height,
             right: x + half,
-            bottom: y + HALF_HEIGHT,
+            bottom: y + half_height,
         })
         .collect();
     let overlap = |one: &Rectangle, other: &Rectangle| {
@@ -56,7 +59,8 @@ fn well_placed(graph: &Graph) {
         assert!(!layout.plates[at + 1..].iter().any(|other| overlap(one, other)), "two boxes overlap");
     }
     for (from, to) in &graph.edges {
-        assert!(layout.centres[*from].1 < layout.centres[*to].1, "a parent stands above its child");
+        let (above, below) = (boxes[*from].bottom, boxes[*to].top);
+        assert!(above < below, "a parent stands above its child");
     }
     assert_eq!(layout.bends.len(), graph.edges.len());
 }
