@@ -107,6 +107,11 @@ impl Draws {
         self.weights.len()
     }
 
+    /// The length of each chain, if they are draws of Markov chains, chain after chain.
+    pub fn chain(&self) -> Option<usize> {
+        self.chain
+    }
+
     /// Whether all weights are zero: no draw met the evidence.
     pub fn is_impossible(&self) -> bool {
         self.ln_mean_weight == Some(f64::NEG_INFINITY)
