@@ -11,6 +11,7 @@ bayesian_program!("models/range_code.bp");
 bayesian_program!("models/population_code.bp");
 bayesian_program!("models/binaural.bp");
 bayesian_program!("models/listening.bp");
+bayesian_program!("models/sounding.bp");
 bayesian_program!("models/stereo_error.bp");
 bayesian_program!("models/vestibular.bp");
 bayesian_program!("models/inertial.bp");

@@ -170,6 +170,17 @@ impl Listening {
         Ok(&self.answer.distribution()[places..])
     }
 
+    /// The distances of each direction, m.
+    pub fn distances_m(&self) -> &[f64] {
+        &self.distances_m
+    }
+
+    /// The unit vector of each direction that is searched.
+    pub fn rays(&self) -> Vec<[f64; 3]> {
+        let ray = |one: &Searched| unit_vector(one.angles().0, one.angles().1);
+        self.directions.iter().map(ray).collect()
+    }
+
     /// The sources of a look.
     ///
     /// # Errors
@@ -182,7 +193,8 @@ impl Listening {
         Ok(self.sources(&posterior))
     }
 
-    fn sources(&self, posterior: &[f64]) -> Found {
+    /// The sources of a [`Listening::posterior`].
+    pub fn sources(&self, posterior: &[f64]) -> Found {
         let distances = self.distances_m.len();
         let of_direction: Vec<f64> =
             posterior.chunks_exact(distances).map(|places| places.iter().sum()).collect();

@@ -194,7 +194,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         map: None,
     };
     if let Some(folder) = &folder {
-        let heard = FrameEvidence { evidence, population: population.as_ref() };
+        let heard = FrameEvidence { evidence, population: population.as_ref(), ..FrameEvidence::default() };
         let Seen { map, view, figures: of_map } = mapped(&pair, &found, &heard)?;
         if of_map.readings == 0 {
             eprintln!(

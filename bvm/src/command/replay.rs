@@ -135,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let pixel_readings = pixel_readings(&found, &rig, direction, cells, steps)?;
-        let heard = FrameEvidence { evidence, population: population.as_ref() };
+        let heard = FrameEvidence { evidence, population: population.as_ref(), ..FrameEvidence::default() };
         let view = ViewReadings::of(&pixel_readings, &found, &rig, grid, REACH_M[0], &heard);
         let before = (HiddenCells::from(arguments.hidden) == HiddenCells::Map).then_some(&map);
         let likelihood = sight.likelihood_of(grid, &view, before)?;

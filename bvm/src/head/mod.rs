@@ -16,6 +16,7 @@ pub mod depth;
 mod frames;
 mod look;
 mod policy;
+pub mod real;
 mod sense;
 mod stage;
 

@@ -26,6 +26,8 @@ pub struct Stage {
     /// The turn that balance has not felt yet: for each sample its time, s, the angular rate, rad/s, and the specific
     /// force, m/s², of the head in its own axes.
     pub felt: Vec<(f64, [f64; 3], [f64; 3])>,
+    /// The last turn by the neck's own account: yaw and pitch, rad.
+    pub commanded: [f64; 2],
 }
 
 /// The truth, shared by the parts of a simulated head.
@@ -66,6 +68,7 @@ impl Stage {
     /// A head that looks ahead at time 0.
     pub fn new(world: World, seed: u64) -> Shared {
         let attitude = Attitude::default();
-        Rc::new(RefCell::new(Stage { world, seed, attitude, time_s: 0.0, look: 1, felt: Vec::new() }))
+        let (felt, commanded) = (Vec::new(), [0.0; 2]);
+        Rc::new(RefCell::new(Stage { world, seed, attitude, time_s: 0.0, look: 1, felt, commanded }))
     }
 }

@@ -22,6 +22,18 @@ pub struct Pair {
 }
 
 impl Pair {
+    /// Two pictures of a rectified pair.
+    ///
+    /// # Errors
+    /// Pictures of different sizes, or narrower than the largest disparity.
+    pub fn new(left: GreyImage, right: GreyImage, calibration: Calibration) -> Result<Self, VisionError> {
+        let [left_size, right_size] = [&left, &right].map(|image| (image.width(), image.height()));
+        if left_size != right_size {
+            return Err(VisionError::PairSizes { left: left_size, right: right_size });
+        }
+        Ok(Self { left, right, calibration, seen: None })
+    }
+
     /// Reads a pair.
     ///
     /// # Errors

@@ -15,7 +15,7 @@
 //! to one.
 
 use super::readings::PixelReading;
-use super::{Calibration, DisparityMap};
+use super::{Calibration, DisparityMap, FrameEvidence};
 use crate::grid::Grid;
 
 /// Distance from the estimate, pixels, within which disparities are near it.
@@ -46,18 +46,18 @@ impl Population {
     }
 }
 
-/// The codes of the selected pixels. Without a `population`, only each estimate and its λ are known.
+/// The codes of the selected pixels. Without a population, only each estimate and its λ are known.
 pub fn codes(
     pixel_readings: &[Option<PixelReading>],
     map: &DisparityMap,
-    population: Option<&Population>,
+    heard: &FrameEvidence<'_>,
     calibration: &Calibration,
     grid: &Grid,
 ) -> Codes {
     let code = |reading: &Option<PixelReading>| {
         let pixel = reading.as_ref()?.pixel;
-        let places = places(map, population, calibration.max_disparity_px(), pixel);
-        Some(heard(&places, &edges(map, calibration, grid, pixel)))
+        let places = places(map, heard.population, calibration.max_disparity_px(), pixel);
+        Some(in_bins(&places, &edges(map, calibration, grid, pixel, heard.camera_m)))
     };
     pixel_readings.iter().map(code).collect()
 }
@@ -88,17 +88,33 @@ fn places(map: &DisparityMap, population: Option<&Population>, levels: usize, pi
 
 /// The disparities of each bin along the line of sight of a pixel, lower end first; bin 0 is "No Detection". The first
 /// cell includes nearer ranges; disparities that were not searched have no length.
-fn edges(map: &DisparityMap, calibration: &Calibration, grid: &Grid, pixel: usize) -> Vec<[f64; 2]> {
+fn edges(
+    map: &DisparityMap,
+    calibration: &Calibration,
+    grid: &Grid,
+    pixel: usize,
+    camera: [f64; 3],
+) -> Vec<[f64; 2]> {
     let (x, y) = ((pixel % map.width) as f64, (pixel / map.width) as f64);
     let searched = [-0.5, calibration.max_disparity_px() as f64 - 0.5];
-    let of_range = |range: &f64| calibration.disparity_px(x, y, *range).clamp(searched[0], searched[1]);
+    // The range from the camera at which the line of sight is at a range from the origin: |camera + r ray| = range.
+    let ray = calibration.ray(x, y);
+    let length = ray.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let along = (0..3).map(|axis| camera[axis] * ray[axis] / length).sum::<f64>();
+    let away = camera.iter().map(|part| part * part).sum::<f64>();
+    let from_camera = |range: f64| match away {
+        0.0 => range,
+        away => (along * along - away + range * range).max(0.0).sqrt() - along,
+    };
+    let of_range =
+        |range: &f64| calibration.disparity_px(x, y, from_camera(*range)).clamp(searched[0], searched[1]);
     let mut ends: Vec<f64> = grid.edges_m().iter().map(of_range).collect();
     ends[0] = searched[1];
     let cells = ends.windows(2).map(|ends| [ends[1], ends[0]]);
     std::iter::once([searched[0], ends[ends.len() - 1]]).chain(cells).collect()
 }
 
-fn heard(places: &Places, bins: &[[f64; 2]]) -> Vec<f32> {
+fn in_bins(places: &Places, bins: &[[f64; 2]]) -> Vec<f32> {
     let density = |&[low, high]: &[f64; 2]| {
         let inside = |&[from, to, p]: &[f64; 3]| p * (to.min(high) - from.max(low)).max(0.0) / (to - from);
         if high > low { places.iter().map(inside).sum::<f64>() / (high - low) } else { 0.0 }
@@ -142,7 +158,8 @@ mod tests {
         let direction = |x, y| rig.direction(x, y);
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let pixel_readings = pixel_readings(&map, &rig, direction, [4, 2], steps).unwrap();
-        let codes = codes(&pixel_readings, &map, population, &rig, &grid);
+        let heard = FrameEvidence { population, ..FrameEvidence::default() };
+        let codes = codes(&pixel_readings, &map, &heard, &rig, &grid);
         assert_eq!(codes.iter().flatten().count(), 1);
         codes.into_iter().flatten().next().unwrap()
     }

@@ -12,6 +12,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::calibration::Calibration;
 use super::error::VisionError;
 use super::stereo::{DisparityMap, SIGMA_MIN_PX};
+use crate::frame::Spherical;
 
 /// A reading of one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +58,25 @@ pub fn pixel_readings(
     map: &DisparityMap,
     calibration: &Calibration,
     direction: impl Fn(f64, f64) -> (f64, f64),
+    cells: [usize; 2],
+    steps_rad: [f64; 2],
+) -> Result<Vec<Option<PixelReading>>, VisionError> {
+    let place = |x: f64, y: f64, rho_m: f64| {
+        let (azimuth, elevation) = direction(x, y);
+        Spherical { rho_m, azimuth, elevation }
+    };
+    placed_readings(map, calibration, place, cells, steps_rad)
+}
+
+/// [`pixel_readings`] for a camera that is not at the origin of the directions: `place` gives the place of a pixel at a
+/// range from the camera, m, seen from that origin.
+///
+/// # Errors
+/// Steps that are not positive or that go beyond the sphere.
+pub fn placed_readings(
+    map: &DisparityMap,
+    calibration: &Calibration,
+    place: impl Fn(f64, f64, f64) -> Spherical,
     [azimuth_cells, elevation_cells]: [usize; 2],
     [azimuth_step_rad, elevation_step_rad]: [f64; 2],
 ) -> Result<Vec<Option<PixelReading>>, VisionError> {
@@ -69,7 +89,7 @@ pub fn pixel_readings(
         }
         let (x, y) = ((at % map.width) as f64, (at / map.width) as f64);
         let Some(range) = calibration.range_m(x, y, f64::from(disparity)) else { continue };
-        let (azimuth, elevation) = direction(x, y);
+        let Spherical { rho_m: range, azimuth, elevation } = place(x, y, range);
         let column = cell_of(azimuth + PI, azimuth_step_rad, azimuth_cells);
         let row = cell_of(elevation + FRAC_PI_2, elevation_step_rad, elevation_cells);
         let (Some(column), Some(row)) = (column, row) else { continue };

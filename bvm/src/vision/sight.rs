@@ -65,6 +65,8 @@ pub struct FrameEvidence<'p> {
     pub evidence: EvidenceKind,
     /// The posteriors of all pixels, for codes; without them a code is made of the estimate and its λ.
     pub population: Option<&'p Population>,
+    /// Where the camera is from the origin of the map, in the axes of the camera, m.
+    pub camera_m: [f64; 3],
 }
 
 /// The readings of a view in all directions.
@@ -99,7 +101,7 @@ impl ViewReadings {
         };
         Self {
             readings: pixel_readings.iter().map(|found| found.map(one)).collect(),
-            codes: (!is_hard).then(|| codes(pixel_readings, map, heard.population, calibration, grid)),
+            codes: (!is_hard).then(|| codes(pixel_readings, map, heard, calibration, grid)),
             sigma_min_m,
         }
     }

@@ -9,6 +9,7 @@
 //! all times, and the same seed gives the same world.
 
 mod motion;
+pub mod render;
 pub mod scene;
 pub mod sensors;
 mod shape;

@@ -123,7 +123,8 @@ pub(super) fn run(arguments: &Vision) -> Result<(), Error> {
             scored.extend(truth.score(&found));
             counted += truth.count();
             for evidence in [EvidenceKind::Hard, EvidenceKind::Virtual] {
-                let heard = FrameEvidence { evidence, population: population.as_ref() };
+                let heard =
+                    FrameEvidence { evidence, population: population.as_ref(), ..FrameEvidence::default() };
                 let again = matcher == Some(Matcher::Scanline) && evidence == EvidenceKind::Virtual;
                 maps.extend(against(pair, &found, &heard, again, truth)?);
             }

@@ -54,6 +54,21 @@ impl Calibration {
         Self::parse(&input::text(path, input::MOST_OF_CALIBRATION)?, path, left)
     }
 
+    /// Two parallel cameras without offset: focal length and centre in pixels, baseline in metres, and the number of
+    /// disparities that are searched.
+    ///
+    /// # Errors
+    /// A number that is not finite, or a length that is not positive.
+    pub fn of_rig(
+        focal_px: f64,
+        centre_px: [f64; 2],
+        baseline_m: f64,
+        max_disparity_px: usize,
+    ) -> Result<Self, VisionError> {
+        let numbers = [focal_px, centre_px[0], centre_px[1], baseline_m, 0.0];
+        checked(Path::new("cameras"), numbers, max_disparity_px)
+    }
+
     /// Checks the text of a calibration; `path` is only named in errors.
     ///
     /// # Errors
