@@ -29,6 +29,14 @@ pub enum Error {
     /// A mistake in a scene file.
     #[error(transparent)]
     SceneFile(#[from] crate::world::scene::SceneError),
+    /// A run that cannot be resumed.
+    #[error("cannot resume from `{}`: {reason}", path.display())]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
     /// Questions to the programs.
     #[error(transparent)]
     Program(#[from] bp_core::compiler::error::Error),

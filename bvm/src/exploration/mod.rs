@@ -14,13 +14,14 @@ pub use score::Score;
 
 use crate::error::Error;
 use crate::frame::wrap_angle;
-use crate::head::{Look, Policy, depth};
+use crate::head::{Head, Look, Policy, depth, run};
 use crate::map::{Heading, Map};
 use crate::vision::EvidenceKind;
 use crate::world::sensors::DepthCamera;
 use crate::world::{World, seeded};
 use rand::{Rng, RngExt};
 use serde::Serialize;
+use std::sync::atomic::AtomicBool;
 
 /// A gaze strategy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
@@ -134,21 +135,28 @@ pub fn explore_world(
 ) -> Result<Episode, Error> {
     let mut head = depth::head(world.clone(), evidence, seed)?;
     let mut policy = rule.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, seed);
+    let initial = entropies(head.map());
+    let mut looks = Vec::with_capacity(steps);
+    let never = AtomicBool::new(false);
+    run(&mut head, policy.as_mut(), &mut looks, steps, None, &never, |_| done())?;
+    Ok(Episode::of(rule, initial, head, looks, world))
+}
+
+/// Σ H(O, V) and Σ H(O) of a map, nats.
+pub fn entropies(map: &Map) -> [f64; 2] {
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
-    let initial = [sum(head.map().entropy()), sum(head.map().occupancy_entropy())];
-    let mut looks: Vec<Look> = Vec::with_capacity(steps);
-    while looks.len() < steps {
-        looks.push(head.look(policy.as_mut())?);
-        done();
-        if looks.last().is_some_and(|look| look.open_directions == 0) {
-            break;
-        }
+    [sum(map.entropy()), sum(map.occupancy_entropy())]
+}
+
+impl Episode {
+    /// The end of a run of a head in a world; `initial` are the [`entropies`] before it.
+    pub fn of(rule: Rule, initial: [f64; 2], head: Head, looks: Vec<Look>, world: &World) -> Self {
+        let looked_s = looks.last().map_or(0.0, |look| look.time_s);
+        let score = Score::of(head.map(), &world.truth_state(head.map().grid(), looked_s));
+        let (heading, time_s) = (head.attitude().heading(), head.time_s());
+        let steps = looks.iter().map(Step::from).collect();
+        Self { rule, initial, steps, looks, map: head.into_map(), score, heading, time_s }
     }
-    let looked_s = looks.last().map_or(0.0, |look| look.time_s);
-    let score = Score::of(head.map(), &world.truth_state(head.map().grid(), looked_s));
-    let (heading, time_s) = (head.attitude().heading(), head.time_s());
-    let steps = looks.iter().map(Step::from).collect();
-    Ok(Episode { rule, initial, steps, looks, map: head.into_map(), score, heading, time_s })
 }
 
 impl Rule {

@@ -6,6 +6,7 @@
 use super::{Episode, Rule, Score, Step};
 use crate::error::Error;
 use crate::frame::wrap_angle;
+use crate::head::Account;
 use crate::report::{
     ColourMap, Panorama, Picture, Series, TopView, Window, entropy_curves, first_occupied_range, mean,
     panorama, top_view, write_atomically,
@@ -29,6 +30,9 @@ pub struct Report {
     evidence: EvidenceKind,
     grid: crate::grid::GridConfiguration,
     rules: Vec<RuleReport>,
+    /// The scene, and what the senses gave.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    run: Option<Account>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -84,7 +88,13 @@ impl Report {
             steps: episodes.first().map_or(0, |episode| episode.steps.len()),
             grid: grid.unwrap_or_else(crate::grid::GridConfiguration::default_exploration),
             rules: rules.collect(),
+            run: None,
         }
+    }
+
+    /// The same with the account of a scene.
+    pub fn with(self, account: Account) -> Self {
+        Self { run: Some(account), ..self }
     }
 
     /// A table of the rules, under 80 columns.

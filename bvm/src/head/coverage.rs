@@ -19,9 +19,9 @@ const ENOUGH: u16 = 8;
 /// The counts of looks and readings of each direction.
 #[derive(Clone, Debug)]
 pub struct Coverage {
-    reaches: Vec<bool>,
-    looks: Vec<u16>,
-    readings: Vec<u16>,
+    pub(super) reaches: Vec<bool>,
+    pub(super) looks: Vec<u16>,
+    pub(super) readings: Vec<u16>,
 }
 
 /// What cannot be seen.

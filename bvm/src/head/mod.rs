@@ -11,19 +11,25 @@
 //!            └────────────────────────────────────────────────────────────────────────────────────────┘
 //! ```
 
+pub mod account;
+pub mod checkpoint;
 mod coverage;
 pub mod depth;
 mod frames;
 mod look;
 mod policy;
 pub mod real;
+mod run;
 mod sense;
 mod stage;
+pub mod tracks;
 
+pub use account::Account;
 pub use coverage::{Coverage, Unseeable};
 pub use frames::{Attitude, Extrinsics, Transform};
 pub use look::{Contribution, Look, Stages};
 pub use policy::{Gaze, Policy};
+pub use run::{Ended, run};
 pub use sense::{Bearing, Evidence, Sense, Sensed, View};
 pub use stage::{Neck, Shared, Stage, Turned};
 
@@ -90,25 +96,9 @@ impl Head {
         let heading = self.attitude.heading();
         let chosen = policy.choose(&self.map, &heading)?;
         let gaze_ms = milliseconds(begun);
-        let attitude = self.attitude;
-        let begun = Instant::now();
-        let turned = self.neck.turn(chosen, &attitude)?;
-        let turn_ms = milliseconds(begun);
-        let begun = Instant::now();
-        let felt = self.balance.likelihood(&self.map, &attitude)?;
-        if let Evidence::Attitude(felt) = felt.evidence {
-            self.attitude = felt;
-        }
-        contributions.push(Contribution {
-            sense: self.balance.name().to_owned(),
-            readings: felt.readings,
-            information: 0.0,
-            fault: felt.fault,
-            found: Vec::new(),
-            ms: milliseconds(begun),
-        });
-        let gaze = Gaze { azimuth: wrap_angle(self.gaze.azimuth), ..self.gaze };
-        self.gaze = turned.gaze;
+        let (attitude, gaze) = (self.attitude, Gaze { azimuth: wrap_angle(self.gaze.azimuth), ..self.gaze });
+        let (turned, turn_ms, felt) = self.turn(chosen)?;
+        contributions.push(felt);
         Ok(Look {
             number: self.looks,
             time_s,
@@ -126,28 +116,47 @@ impl Head {
         })
     }
 
-    /// Repeats a look of an earlier run up to its turn, without the map: the senses pass over what they read then, the head
-    /// turns as it did, and balance feels it. Afterwards [`Head::restore`] gives the map back.
-    ///
-    /// # Errors
-    /// Those of the senses.
-    pub fn repeat(&mut self, look: &Look, view: &View) -> Result<(), Error> {
-        for sense in &mut self.senses {
-            sense.skip(&self.attitude)?;
-        }
-        self.coverage.add(view);
-        self.looks += 1;
-        let turned = self.neck.turn(look.next, &self.attitude)?;
-        if let Evidence::Attitude(felt) = self.balance.likelihood(&self.map, &self.attitude)?.evidence {
+    /// Turns the head, and balance feels it.
+    fn turn(&mut self, gaze: Gaze) -> Result<(Turned, f64, Contribution), Error> {
+        let attitude = self.attitude;
+        let begun = Instant::now();
+        let turned = self.neck.turn(gaze, &attitude)?;
+        let turn_ms = milliseconds(begun);
+        let begun = Instant::now();
+        let felt = self.balance.likelihood(&self.map, &attitude)?;
+        if let Evidence::Attitude(felt) = felt.evidence {
             self.attitude = felt;
         }
         self.gaze = turned.gaze;
+        let felt = Contribution {
+            sense: self.balance.name().to_owned(),
+            readings: felt.readings,
+            information: 0.0,
+            fault: felt.fault,
+            found: Vec::new(),
+            ms: milliseconds(begun),
+        };
+        Ok((turned, turn_ms, felt))
+    }
+
+    /// Repeats a look of an earlier run without the map: the senses pass over what they read then, the policy counts the
+    /// look, the head turns as it did, and balance feels it. Afterwards [`Head::restore`] gives the map back.
+    ///
+    /// # Errors
+    /// Those of the senses and the policy.
+    pub fn repeat(&mut self, look: &Look, policy: &mut dyn Policy) -> Result<(), Error> {
+        for sense in &mut self.senses {
+            sense.skip(&self.attitude)?;
+        }
+        self.looks += 1;
+        policy.choose(&self.map, &self.attitude.heading())?;
+        self.turn(look.next)?;
         Ok(())
     }
 
-    /// Replaces the map by that of an earlier run.
-    pub fn restore(&mut self, map: Map) {
-        self.map = map;
+    /// Replaces the map and what was in view by those of an earlier run.
+    pub fn restore(&mut self, map: Map, coverage: Coverage) {
+        (self.map, self.coverage) = (map, coverage);
     }
 
     /// The map.

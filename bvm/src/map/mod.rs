@@ -109,6 +109,35 @@ impl Map {
         Ok(before.sensors(sensors).sensors_i_reading(readings).run_into(next)?)
     }
 
+    /// All numbers of the state: P(O), P(V), H(O, V), H(O), each by cell.
+    pub fn numbers(&self) -> Vec<f32> {
+        let state = &self.state;
+        [state.distribution_o(), state.distribution_v(), state.entropy_o_v(), state.entropy_o()].concat()
+    }
+
+    /// The map with these [`Map::numbers`]; `None` if they are not as many as a map of the grid has, or no probabilities.
+    ///
+    /// # Errors
+    /// Those of [`Map::new`].
+    pub fn of_numbers(grid: Grid, numbers: &[f32]) -> Result<Option<Self>, Error> {
+        let mut map = Self::new(grid)?;
+        let probabilities = map.state.distribution_o().len() + map.state.distribution_v().len();
+        let fits = numbers.len() == map.numbers().len()
+            && numbers.iter().all(|number| number.is_finite())
+            && numbers[..probabilities].iter().all(|p| (0.0..=1.0).contains(p));
+        if !fits {
+            return Ok(None);
+        }
+        let (of_o, rest) = numbers.split_at(map.state.distribution_o().len());
+        let (of_v, rest) = rest.split_at(map.state.distribution_v().len());
+        map.state.distribution_o_mut().copy_from_slice(of_o);
+        map.state.distribution_v_mut().copy_from_slice(of_v);
+        let (both, occupancy) = rest.split_at(map.grid.cells());
+        map.state.entropy_o_v_mut().copy_from_slice(both);
+        map.state.entropy_o_mut().copy_from_slice(occupancy);
+        Ok(Some(map))
+    }
+
     /// Moves the content of the directions: what is now in direction d was in direction `from[d]`; `None`: it is unknown
     /// ([`shift::by_columns`], [`shift::paper`]).
     pub fn shift(&mut self, from: &[Option<usize>]) {
