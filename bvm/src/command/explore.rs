@@ -111,6 +111,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         return Err(Error::Scene(String::from(reason)));
     }
     check_folder(&arguments.out)?;
+    std::fs::create_dir_all(&arguments.out)
+        .map_err(|source| Error::Folder { path: arguments.out.clone(), source })?;
     let senses = real::Senses {
         stereo: has(SenseName::Stereo),
         audio: has(SenseName::Audio),

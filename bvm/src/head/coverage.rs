@@ -80,7 +80,7 @@ impl Coverage {
         let solid = solid_angles(grid);
         let all: f64 = solid.iter().sum();
         let share = |is: &dyn Fn(usize) -> bool| {
-            (0..solid.len()).filter(|at| is(*at)).map(|at| solid[at]).sum::<f64>() / all
+            (0..solid.len()).filter(|at| is(*at)).map(|at| solid[at]).fold(0.0, |sum, one| sum + one) / all
         };
         let hidden = |direction: usize| {
             let first = (0..grid.cells_rho())

@@ -55,8 +55,11 @@ pub struct Contribution {
     /// The sources that it found.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub found: Vec<Bearing>,
-    /// Time of computation, ms.
+    /// Time of computation, ms, without that of the simulation of its data.
     pub ms: f64,
+    /// Time of that simulation, ms.
+    #[serde(default)]
+    pub simulated_ms: f64,
 }
 
 /// Times of computation, ms.

@@ -70,7 +70,7 @@ impl Head {
         for sense in &mut self.senses {
             let begun = Instant::now();
             let sensed = sense.likelihood(&self.map, &self.attitude)?;
-            let ms = milliseconds(begun);
+            let ms = (milliseconds(begun) - sensed.simulated_ms).max(0.0);
             self.coverage.add(&sensed.view);
             let likelihood = match sensed.evidence {
                 Evidence::Cells(likelihood) => Some(likelihood),
@@ -85,6 +85,7 @@ impl Head {
                 fault: sensed.fault,
                 found: sensed.found,
                 ms,
+                simulated_ms: sensed.simulated_ms,
             });
             likelihoods.extend(likelihood);
         }
@@ -135,6 +136,7 @@ impl Head {
             fault: felt.fault,
             found: Vec::new(),
             ms: milliseconds(begun),
+            simulated_ms: 0.0,
         };
         Ok((turned, turn_ms, felt))
     }

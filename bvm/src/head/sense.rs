@@ -49,6 +49,8 @@ pub struct Sensed {
     pub found: Vec<Bearing>,
     /// The view.
     pub view: View,
+    /// How long its data took to simulate, ms; 0 where they were given.
+    pub simulated_ms: f64,
 }
 
 /// A sense. Its data come from where it was made to take them: a world, files, devices.

@@ -47,7 +47,7 @@ impl Surface {
             + octave(first + 1.0)
             + octave(first + 2.0)
             + (1.0 - share) * octave(first + 3.0);
-        (self.albedo * (1.0 + 1.6 * self.contrast * sum)).clamp(0.0, 1.0)
+        (self.albedo * (1.0 + 1.2 * self.contrast * sum)).clamp(0.0, 1.0)
     }
 }
 

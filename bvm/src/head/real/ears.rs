@@ -21,6 +21,7 @@ use crate::world::scene::{FaultKind, Organ};
 use crate::world::{Place, seeded};
 use rand_distr::{Distribution, StandardNormal};
 use std::sync::OnceLock;
+use std::time::Instant;
 
 /// How long the head listens at each look, s.
 pub const LOOK_S: f64 = 0.3;
@@ -177,7 +178,9 @@ impl Sense for EarPair {
     }
 
     fn likelihood(&mut self, prior: &Map, attitude: &Attitude) -> Result<Sensed, Error> {
+        let begun = Instant::now();
         let ears = self.waves();
+        let simulated_ms = begun.elapsed().as_secs_f64() * 1e3;
         let [left, right] = &ears;
         let mut channels = Channels::new(RATE_HZ);
         channels.add(left, right);
@@ -214,7 +217,13 @@ impl Sense for EarPair {
         };
         let found = heard.sources.iter().filter(|_| heard.sounding >= LEAST).map(bearing).collect();
         let likelihood = self.evidence(&places, prior, attitude)?;
-        Ok(Sensed { evidence: Evidence::Cells(likelihood), readings, found, ..Sensed::default() })
+        Ok(Sensed {
+            evidence: Evidence::Cells(likelihood),
+            readings,
+            found,
+            simulated_ms,
+            ..Sensed::default()
+        })
     }
 
     fn skip(&mut self, _attitude: &Attitude) -> Result<(), Error> {

@@ -19,6 +19,7 @@ use crate::vision::{
 use crate::world::render::{Pinhole, exposed, exposure};
 use crate::world::scene::{Cameras, FaultKind, Organ};
 use crate::world::seeded;
+use std::time::Instant;
 
 /// The nearest depth that is searched, as a share of the radius of the gap.
 const NEAREST: f64 = 0.7;
@@ -112,7 +113,9 @@ impl Sense for Eyes {
 
     fn likelihood(&mut self, prior: &Map, attitude: &Attitude) -> Result<Sensed, Error> {
         let before = self.kept.clone();
+        let begun = Instant::now();
         let (pictures, mut fault) = self.received()?;
+        let simulated_ms = begun.elapsed().as_secs_f64() * 1e3;
         let Some([left, right]) = pictures else { return Ok(Sensed { fault, ..Sensed::default() }) };
         // The noise of two pictures differs, unless the second is the first again.
         for (side, (now, was)) in [&left, &right].into_iter().zip(&before).enumerate() {
@@ -151,6 +154,12 @@ impl Sense for Eyes {
         let view = super::neck::view(grid, attitude, fields, &view.readings);
         let Pair { left, right, .. } = pair;
         *self.shown.borrow_mut() = Some(Views { pair: [left, right], found });
-        Ok(Sensed { evidence: Evidence::Cells(likelihood), readings, view, ..Sensed::default() })
+        Ok(Sensed {
+            evidence: Evidence::Cells(likelihood),
+            readings,
+            view,
+            simulated_ms,
+            ..Sensed::default()
+        })
     }
 }

@@ -102,14 +102,15 @@ impl Sense for InertialSense {
                 Err(Fault::Clock(reason)) => return Ok(unused(told, readings, reason)),
             }
         }
-        let (Some(estimate), false) = (estimate, fault == Some(FaultKind::Frozen) && readings == 0) else {
+        let Some(estimate) = estimate else {
             self.added[0] += commanded[0];
             self.added[1] += NECK_RAD * NECK_RAD;
             let reason = "no inertial samples: the turn is what the neck was told";
             return Ok(unused(told, readings, reason.to_owned()));
         };
         let matrix = rotation::matrix(estimate.orientation);
-        let filtered = Attitude::of(&matrix, self.before);
+        // A turn may be longer than half a circle.
+        let filtered = Attitude::of(&matrix, self.before + commanded[0]);
         let gained = filtered.yaw - self.before;
         self.before = filtered.yaw;
         let mut fault = None;
