@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 42] = [
+const PACKAGES: [&str; 47] = [
     "allocation-counter",
     "ariadne",
+    "arrow-array",
+    "arrow-schema",
     "atomic-write-file",
     "bp-core",
     "bp-macros",
@@ -29,6 +31,7 @@ const PACKAGES: [&str; 42] = [
     "memmap2",
     "naga",
     "nalgebra",
+    "numpy",
     "pest",
     "pest_derive",
     "plotters",
@@ -38,6 +41,8 @@ const PACKAGES: [&str; 42] = [
     "proptest",
     "pulp",
     "pxfm",
+    "pyo3",
+    "pyo3-arrow",
     "quote",
     "rand",
     "rand_distr",

@@ -1,0 +1,111 @@
+"""Tables in and out: frames of pandas, polars and Arrow, and draws for ArviZ.
+
+None of these packages is required. Frames come in by Arrow's C data interface (`__arrow_c_stream__`); a pandas frame
+without pyarrow comes in column by column. What goes out has the kind of what came in.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from . import _native
+
+
+class Columns(Mapping):
+    """Columns of numbers by name, one row for each case.
+
+    A mapping of names to numpy arrays (float64); `errors` maps the rows without an answer to their reasons. It has
+    `__arrow_c_stream__`, so that `pyarrow.table(columns)`, `polars.DataFrame(columns)` and DuckDB read it, with a last
+    column `error`; NaN becomes null there.
+    """
+
+    def __init__(self, names: list[str], columns: list[np.ndarray], errors: list[tuple[int, str]]) -> None:
+        self._columns = dict(zip(names, columns))
+        self.errors: dict[int, str] = dict(errors)
+        self.rows: int = len(columns[0]) if columns else 0
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        try:
+            return self._columns[name]
+        except KeyError:
+            raise KeyError(f"there is no column {name!r}; the columns are {', '.join(self._columns)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        return f"<Columns: {self.rows} rows of {', '.join(self._columns)}; {len(self.errors)} errors>"
+
+    def error_column(self) -> list[str | None]:
+        """The reason of each row, `None` where it has an answer."""
+        return [self.errors.get(row) for row in range(self.rows)]
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        table = _native._stream(list(self._columns.items()), self.error_column())
+        return table.__arrow_c_stream__(requested_schema)
+
+    def to_pandas(self, index: Any = None) -> Any:
+        """A frame of pandas."""
+        import pandas
+
+        return pandas.DataFrame({**self._columns, "error": self.error_column()}, index=index)
+
+    def to_polars(self) -> Any:
+        """A frame of polars."""
+        import polars
+
+        return polars.DataFrame(self)
+
+
+def batch(program: _native.Program, table: Any, only: list[str]) -> Any:
+    """The posteriors of many cases, as a frame of the kind of `table`."""
+    found = Columns(*program._batch(table, only))
+    kind = type(table)
+    package = kind.__module__.partition(".")[0]
+    if package == "pandas":
+        return found.to_pandas(index=table.index)
+    if package == "polars":
+        return found.to_polars()
+    if package == "pyarrow":
+        pyarrow = sys.modules["pyarrow"]
+        whole = pyarrow.table(found)
+        return whole.combine_chunks().to_batches()[0] if _is_batch(table, whole) else whole
+    return found
+
+
+def _is_batch(table: Any, whole: Any) -> bool:
+    # Without rows there is no batch in a table.
+    return type(table).__name__ == "RecordBatch" and whole.num_rows > 0
+
+
+def to_arviz(posterior: _native.Posterior, resample: bool) -> dict[str, dict[str, np.ndarray]]:
+    """The groups of `az.from_dict`, each array (chain, draw)."""
+    drawn = posterior._all_draws()
+    if drawn is None:
+        from .errors import AnswerError
+
+        raise AnswerError(f"`{posterior.question}`: it is exact: there are no draws; ask `by(\"weighting\")` or `by(\"gibbs\")`")
+    values, weights, length = drawn
+    stats = {"weight": weights}
+    if length is None and resample and not np.allclose(weights, weights[0], rtol=1e-12, atol=0.0):
+        seed = (posterior.estimate or {}).get("seed", 0)
+        chosen = _systematic(weights, np.random.default_rng(seed))
+        values = {name: draws[chosen] for name, draws in values.items()}
+        stats = {"weight": np.full(len(weights), 1.0 / len(weights)), "weight_before": weights[chosen]}
+    chains = 1 if length is None else len(weights) // length
+    shaped = lambda group: {name: array.reshape(chains, -1) for name, array in group.items()}  # noqa: E731
+    return {"posterior": shaped(values), "sample_stats": shaped(stats)}
+
+
+def _systematic(weights: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """The positions of a systematic resampling (Kitagawa, J. Comp. Graph. Stat. 5:1-25, 1996)."""
+    count = len(weights)
+    levels = (np.arange(count) + random.random()) / count
+    return np.searchsorted(np.cumsum(weights) / np.sum(weights), levels).clip(max=count - 1)

@@ -1,0 +1,136 @@
+//! The posteriors of many cases: columns in, columns out.
+//!
+//! In: a program, and a table with a column for each observed variable. Out: a column for each number, and the reason of
+//! each row that has none. Invariant: rows have the order of the cases, and run in parallel without the interpreter lock.
+
+use crate::error::{raised, wrong};
+use crate::table::Table;
+use crate::work::patiently_until;
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
+use arrow_schema::{DataType, Field, Schema};
+use bp_core::prelude::{Batch, Cases, Error, Program};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3_arrow::PyTable;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+/// The least and the largest number of rows that are answered between two looks for an interrupt, and the time that this
+/// may take.
+const ROWS: [usize; 2] = [1 << 6, 1 << 16];
+const GLANCE: Duration = Duration::from_millis(100);
+
+/// Names, columns, and (row, reason) of the rows without an answer.
+pub(crate) type Columns<'py> = (Vec<String>, Vec<Bound<'py, PyArray1<f64>>>, Vec<(usize, String)>);
+
+/// Columns that are not finished.
+#[derive(Default)]
+struct Found {
+    names: Vec<String>,
+    columns: Vec<Vec<f64>>,
+    reasons: Vec<(usize, String)>,
+    rows: usize,
+}
+
+impl Found {
+    /// Adds the rows of a batch; a column that other rows do not have is NaN there.
+    fn add(&mut self, batch: Batch) {
+        let mut places: HashMap<&String, usize> = self.names.iter().zip(0..).collect();
+        let new: Vec<String> =
+            batch.columns.iter().filter(|name| !places.contains_key(name)).cloned().collect();
+        places.clear();
+        for name in new {
+            self.names.push(name);
+            self.columns.push(vec![f64::NAN; self.rows]);
+        }
+        let places: HashMap<&String, usize> = self.names.iter().zip(0..).collect();
+        let places: Vec<usize> = batch.columns.iter().map(|name| places[name]).collect();
+        let rows = self.rows + batch.rows.len();
+        self.columns.iter_mut().for_each(|column| column.resize(rows, f64::NAN));
+        for (row, found) in (self.rows..).zip(batch.rows) {
+            match found {
+                Ok(numbers) => {
+                    places.iter().zip(numbers).for_each(|(place, number)| self.columns[*place][row] = number);
+                }
+                Err(error) => self.reasons.push((row, error.to_string())),
+            }
+        }
+        self.rows = rows;
+    }
+}
+
+/// The posteriors of each case of a table.
+///
+/// # Errors
+/// A table that cannot be read or does not fit, with row and column.
+pub(crate) fn batch<'py>(
+    py: Python<'py>,
+    program: &Program,
+    table: &Bound<'py, PyAny>,
+    only: &[String],
+) -> PyResult<Columns<'py>> {
+    let (own, only) = (program.clone(), only.to_vec());
+    let found = match table.extract::<PathBuf>() {
+        Ok(path) => patiently_until(py, move |_| {
+            let mut found = Found::default();
+            found.add(own.batch(Cases::from(path).only(only))?);
+            Ok(found)
+        })?,
+        Err(_) => {
+            let table = Table::of(py, Some(program.model()), table)?;
+            patiently_until(py, move |unwanted| answered(&own, &table, &only, unwanted))?
+        }
+    };
+    let found = found.map_err(raised)?;
+    let columns = found.columns.into_iter().map(|column| PyArray1::from_vec(py, column));
+    Ok((found.names, columns.collect(), found.reasons))
+}
+
+fn answered(
+    program: &Program,
+    table: &Table,
+    only: &[String],
+    unwanted: &AtomicBool,
+) -> Result<Found, Error> {
+    let (mut found, rows, mut most) = (Found::default(), table.len(), ROWS[0]);
+    loop {
+        let (from, begun) = (found.rows, Instant::now());
+        let cases = table.part(from, most.min(rows - from))?;
+        found.add(program.batch(Cases::of_records(cases).only(only))?);
+        if begun.elapsed() < GLANCE {
+            most = (4 * most).min(ROWS[1]);
+        }
+        if found.rows >= rows {
+            return Ok(found);
+        }
+        if unwanted.load(Relaxed) {
+            return Err(Error::Interrupted);
+        }
+    }
+}
+
+/// Columns as a table of Arrow, which has `__arrow_c_stream__`: float64 for each column, null where it is NaN, and text for
+/// `error`. The numbers are copied.
+#[pyfunction]
+#[pyo3(name = "_stream")]
+pub(crate) fn stream(
+    columns: Vec<(String, PyReadonlyArray1<'_, f64>)>,
+    errors: Vec<Option<String>>,
+) -> PyResult<PyTable> {
+    let mut fields: Vec<Field> =
+        columns.iter().map(|(name, _)| Field::new(name, DataType::Float64, true)).collect();
+    let known = |number: &f64| (!number.is_nan()).then_some(*number);
+    let mut arrays: Vec<ArrayRef> = Vec::new();
+    for (_, column) in &columns {
+        arrays.push(Arc::new(column.as_array().iter().map(known).collect::<Float64Array>()));
+    }
+    fields.push(Field::new("error", DataType::Utf8, true));
+    arrays.push(Arc::new(StringArray::from(errors)));
+    let schema = Arc::new(Schema::new(fields));
+    let batch =
+        RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| wrong(error.to_string()))?;
+    Ok(PyTable::try_new(vec![batch], schema)?)
+}

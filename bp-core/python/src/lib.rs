@@ -1,0 +1,42 @@
+//! The Python package `bayesian_programs`: programs, questions and answers of `bp_core`, and the map of `bvm`.
+//!
+//! In: Python values, numpy arrays, tables by Arrow's C data interface. Out: classes of Python, under the names that
+//! `bp_core::prelude` gives them. Invariant: long work runs without the interpreter lock; every error of a program, of data
+//! or of a question is a Python exception with its place.
+
+mod batch;
+
+mod derivation;
+mod diagram;
+mod error;
+mod filter;
+mod head;
+mod origin;
+mod posterior;
+mod program;
+mod question;
+mod table;
+mod value;
+mod volumetric;
+mod work;
+
+use pyo3::prelude::*;
+
+/// The compiled part of `bayesian_programs`.
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<program::Program>()?;
+    module.add_class::<question::Question>()?;
+    module.add_class::<filter::Filter>()?;
+    module.add_class::<posterior::Posterior>()?;
+    module.add_class::<derivation::Derivation>()?;
+    module.add_class::<diagram::Diagram>()?;
+    module.add_class::<value::Likelihood>()?;
+    module.add_class::<volumetric::Map>()?;
+    module.add_class::<volumetric::Gaze>()?;
+    module.add_class::<head::Head>()?;
+    module.add_function(wrap_pyfunction!(origin::restored, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::stream, module)?)?;
+    module.add_function(wrap_pyfunction!(volumetric::disparities, module)?)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))
+}

@@ -1,0 +1,389 @@
+//! Programs: opened, configured, asked.
+//!
+//! In: a path or a text. Out: [`Program`]. Invariant: a program is immutable, may be used from several threads, and is
+//! pickled as its text and its settings, so that each process compiles it once.
+
+use crate::batch;
+use crate::derivation::Derivation;
+use crate::diagram::Diagram;
+use crate::error::{raised, wrong};
+use crate::filter::Filter;
+use crate::origin::{Origin, Setting, of_text};
+use crate::posterior::Posterior;
+use crate::question::{Asked, Question};
+use crate::table::Table;
+use crate::value::evidence;
+use crate::work::patiently;
+use bp_core::compiler::io::Format;
+use bp_core::prelude::{self, Error, Learning, Records, Rows};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The most questions that a program keeps compiled.
+const MOST_KEPT: usize = 128;
+
+/// A Bayesian Program, or a network of another tool, with its settings.
+///
+/// Made by `open`, `program` and `read`. Immutable: each method returns a new program, so one program may be used by
+/// several threads at once. Pickled as its text and settings.
+#[pyclass(frozen, module = "bayesian_programs")]
+pub(crate) struct Program {
+    program: prelude::Program,
+    origin: Origin,
+    /// The report of learning, as JSON.
+    report: Option<String>,
+    asked: Mutex<HashMap<String, Arc<Asked>>>,
+}
+
+impl Program {
+    pub(crate) fn new(program: prelude::Program, origin: Origin) -> Self {
+        Self { program, origin, report: None, asked: Mutex::default() }
+    }
+
+    /// The program with one more setting.
+    pub(crate) fn set(&self, setting: Setting) -> Result<Self, Error> {
+        let program = setting.applied(self.program.clone())?;
+        let mut origin = self.origin.clone();
+        origin.settings.push(setting);
+        Ok(Self::new(program, origin))
+    }
+
+    /// A table in memory, for its variables.
+    fn table(&self, py: Python<'_>, table: &Bound<'_, PyAny>) -> PyResult<Records> {
+        Table::of(py, Some(self.program.model()), table)?.records().map_err(raised)
+    }
+
+    /// A question, compiled once for all who ask it.
+    fn asked(&self, py: Python<'_>, text: &str) -> PyResult<Arc<Asked>> {
+        let known = |all: &HashMap<String, Arc<Asked>>| all.get(text).cloned();
+        if let Some(asked) = known(&self.asked.lock().unwrap_or_else(PoisonError::into_inner)) {
+            return Ok(asked);
+        }
+        let (program, question) = (self.program.clone(), text.to_owned());
+        let asked = patiently(py, move || program.question(&question))?.map_err(raised)?;
+        let asked = Arc::new(Asked::new(asked));
+        let mut all = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+        if all.len() >= MOST_KEPT {
+            all.clear();
+        }
+        all.insert(text.to_owned(), Arc::clone(&asked));
+        Ok(asked)
+    }
+}
+
+#[pymethods]
+impl Program {
+    /// Opens a program (`.bp`) or a network (BIF, XMLBIF, UAI, Hugin NET), by its extension.
+    #[staticmethod]
+    fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let from = path.clone();
+        let program = patiently(py, move || prelude::Program::open(from))?.map_err(raised)?;
+        let format = Format::of(&path).unwrap_or(Format::Program);
+        let text = program.text().map(|text| (text.to_owned(), format.endings()[0]));
+        Ok(Self::new(program, Origin { text, settings: Vec::new() }))
+    }
+
+    /// Reads a program, or a network of another format (`bif`, `xmlbif`, `uai`, `net`), from its text.
+    #[staticmethod]
+    #[pyo3(signature = (text, format = "bp"))]
+    fn parse(text: &str, format: &str) -> PyResult<Self> {
+        of_text(text, format)
+    }
+
+    /// The program with values for parameters (a number, a list, an array) or sizes of sets: `with_(rate=0.2, N=5)`. Other
+    /// names are given as a mapping: `with_({"P(O | C)": field})`.
+    #[pyo3(signature = (values = None, /, **named))]
+    fn with_(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let all = evidence(values)?;
+        let more = evidence(named.map(|named| named.as_any()))?;
+        let mut settings = all.iter().chain(more.iter());
+        let mut program = Self::new(self.program.clone(), self.origin.clone());
+        settings
+            .try_for_each(|(name, value)| {
+                program = program.set(Setting::With(name.to_owned(), value.clone()))?;
+                Ok(())
+            })
+            .map_err(raised)?;
+        Ok(program)
+    }
+
+    /// The program with this number of draws for estimates.
+    fn draws(&self, count: usize) -> PyResult<Self> {
+        self.set(Setting::Draws(count)).map_err(raised)
+    }
+
+    /// The program with this random seed: the same seed gives the same answer.
+    fn seed(&self, seed: u64) -> PyResult<Self> {
+        self.set(Setting::Seed(seed)).map_err(raised)
+    }
+
+    /// The program with a selected strategy: `sums`, `join_tree`, `gaussian`, `chain`, `weighting`, `gibbs`, `particles`.
+    fn by(&self, strategy: String) -> PyResult<Self> {
+        self.set(Setting::By(strategy)).map_err(raised)
+    }
+
+    /// The program with a budget of products: an exact answer that needs more is estimated instead, where it can be.
+    fn budget(&self, products: u64) -> PyResult<Self> {
+        self.set(Setting::Budget(products)).map_err(raised)
+    }
+
+    /// The name.
+    #[getter]
+    fn name(&self) -> &str {
+        self.program.name()
+    }
+
+    /// The documentation: the lines after `///`.
+    #[getter]
+    fn documentation(&self) -> &str {
+        self.program.model().documentation.trim()
+    }
+
+    /// The names of the variables.
+    #[getter]
+    fn variables(&self) -> Vec<String> {
+        self.program.variables()
+    }
+
+    /// The names of the declared questions.
+    #[getter]
+    fn questions(&self) -> Vec<String> {
+        self.program.questions().into_iter().map(str::to_owned).collect()
+    }
+
+    /// The corrections made when a network was read, one line each.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.program.warnings().to_vec()
+    }
+
+    /// The text, as it was read or learned; `None` of a program without text.
+    #[getter]
+    fn text(&self) -> Option<&str> {
+        self.program.text()
+    }
+
+    /// Of a learned program the report of learning, a dict: `cases`, `cells_missing`, `ln_likelihood` (nats), `forms`, …
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.report.as_ref().map(|report| py.import("json")?.call_method1("loads", (report,))).transpose()
+    }
+
+    /// The answer to a question, or to a declared one by its name. A question is compiled once and kept.
+    fn ask(&self, py: Python<'_>, question: &str) -> PyResult<Posterior> {
+        let asked = self.asked(py, question)?;
+        asked.ask(py)
+    }
+
+    /// The answers of a question with several, `P(Rain); entropy P(Rain)`.
+    fn ask_all(&self, py: Python<'_>, question: &str) -> PyResult<Vec<Posterior>> {
+        let asked = self.asked(py, question)?;
+        asked.ask_all(py)
+    }
+
+    /// A question, compiled for repeated use with other values.
+    fn question(&self, py: Python<'_>, question: &str) -> PyResult<Question> {
+        Ok(Question::new(self.asked(py, question)?))
+    }
+
+    /// The posterior at each instant, given the observations up to it. The last `keep`
+    /// instants are kept for display.
+    #[pyo3(signature = (question, *, keep = 500))]
+    fn filter(&self, py: Python<'_>, question: &str, keep: usize) -> PyResult<Filter> {
+        Filter::new(py, &self.program, question, keep)
+    }
+
+    /// The posterior of each variable, or of some, given evidence.
+    #[pyo3(signature = (evidence = None, *, only = None))]
+    fn marginals(
+        &self,
+        py: Python<'_>,
+        evidence: Option<&Bound<'_, PyAny>>,
+        only: Option<Vec<String>>,
+    ) -> PyResult<Posterior> {
+        let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
+        let names = only.unwrap_or_default();
+        patiently(py, move || program.marginals_of(&names, &known))?.map(Posterior::from).map_err(raised)
+    }
+
+    /// The joint posterior of some variables.
+    #[pyo3(signature = (names, evidence = None))]
+    fn joint(
+        &self,
+        py: Python<'_>,
+        names: Vec<String>,
+        evidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Posterior> {
+        let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
+        patiently(py, move || program.joint(&names, &known))?.map(Posterior::from).map_err(raised)
+    }
+
+    /// The most probable value of all variables together (MPE).
+    #[pyo3(signature = (evidence = None))]
+    fn most_probable(&self, py: Python<'_>, evidence: Option<&Bound<'_, PyAny>>) -> PyResult<Posterior> {
+        let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
+        patiently(py, move || program.most_probable(&known))?.map(Posterior::from).map_err(raised)
+    }
+
+    /// The entropy of some variables together, nats, and a list of
+    /// (variable, information in nats) of what observing each of some others would tell, the most first.
+    #[pyo3(signature = (about, among = None, evidence = None))]
+    fn observations(
+        &self,
+        py: Python<'_>,
+        about: Vec<String>,
+        among: Option<Vec<String>>,
+        evidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(f64, Vec<(String, f64)>)> {
+        let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
+        let among = among.unwrap_or_default();
+        let found = patiently(py, move || program.observations(&about, &among, &known))?;
+        let (entropy, all) = found.map_err(raised)?;
+        Ok((entropy, all.into_iter().map(|one| (one.variable, one.information)).collect()))
+    }
+
+    /// The posteriors of many cases, the rows of a table with a column for each observed variable; null and NaN are not
+    /// observed. `table` is a pandas, polars or Arrow frame, a mapping of names to arrays, or the path of a CSV file; `only`
+    /// names some variables. Rows run in parallel without the interpreter lock.
+    ///
+    /// Returns a frame of the same kind (else `Columns`) with a row for each case: `ln_p_evidence` (nats), `variable=value`
+    /// for the probability of each value, `variable.mean` and `variable.deviation` for each real, float64, and `error`, text,
+    /// the reason of a case without an answer, whose numbers are NaN.
+    #[pyo3(signature = (table, *, only = None))]
+    fn batch<'py>(
+        slf: &Bound<'py, Self>,
+        table: &Bound<'py, PyAny>,
+        only: Option<Vec<String>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let frames = slf.py().import("bayesian_programs.frames")?;
+        frames.call_method1("batch", (slf, table, only.unwrap_or_default()))
+    }
+
+    /// The posteriors of many cases: column names, columns (numpy), and the reason of each row without an answer.
+    fn _batch<'py>(
+        &self,
+        py: Python<'py>,
+        table: &Bound<'py, PyAny>,
+        only: Vec<String>,
+    ) -> PyResult<batch::Columns<'py>> {
+        batch::batch(py, &self.program, table, &only)
+    }
+
+    /// Learns the `unknown` forms, and the parameters that `identification` names, from a table with a row for each case:
+    /// a frame, a mapping of names to columns, or the path of a CSV file; null and NaN are missing values, which are summed
+    /// out. `hidden` names variables without a column, `ignore` columns without a variable, `weight` the column of weights,
+    /// `sequence` over time the column that identifies the sequence of a row; `seed` and `iterations` are those of EM.
+    /// Returns the learned program; `report` describes what was learned.
+    #[pyo3(signature = (
+        table, *, hidden = Vec::new(), ignore = Vec::new(), weight = None, sequence = None, seed = None,
+        iterations = None
+    ))]
+    #[allow(clippy::too_many_arguments)]
+    fn learn(
+        &self,
+        py: Python<'_>,
+        table: &Bound<'_, PyAny>,
+        hidden: Vec<String>,
+        ignore: Vec<String>,
+        weight: Option<&str>,
+        sequence: Option<&str>,
+        seed: Option<u64>,
+        iterations: Option<usize>,
+    ) -> PyResult<Self> {
+        let mut learning = match table.extract::<PathBuf>() {
+            Ok(path) => Learning::from(path),
+            Err(_) => Learning::of_records(self.table(py, table)?),
+        };
+        learning = hidden.iter().fold(learning, |learning, name| learning.hidden(name));
+        learning = ignore.iter().fold(learning, |learning, name| learning.ignore(name));
+        learning = weight.into_iter().fold(learning, Learning::weight);
+        learning = sequence.into_iter().fold(learning, Learning::sequence);
+        learning = seed.into_iter().fold(learning, Learning::seed);
+        learning = iterations.into_iter().fold(learning, Learning::iterations);
+        let program = self.program.clone();
+        let learned = patiently(py, move || program.learn(learning))?.map_err(raised)?;
+        let mut origin = self.origin.clone();
+        // Parameters are in the text of the learned program.
+        origin.settings.retain(|setting| !matches!(setting, Setting::With(..)));
+        origin.text = learned.text().map(|text| (text.to_owned(), Format::Program.endings()[0]));
+        let report = serde_json::to_string(learned.report()).ok();
+        Ok(Self { report, ..Self::new(learned.program().clone(), origin) })
+    }
+
+    /// The program whose sets have the rows of a table as their elements: a column named as a field fills it, a column named
+    /// as a family is evidence where its cells have values. `of` names the set, `ignore` columns to leave out.
+    #[pyo3(signature = (table, *, of = None, ignore = Vec::new()))]
+    fn rows(
+        &self,
+        py: Python<'_>,
+        table: &Bound<'_, PyAny>,
+        of: Option<&str>,
+        ignore: Vec<String>,
+    ) -> PyResult<Self> {
+        let rows = match table.extract::<PathBuf>() {
+            Ok(path) => Rows::from(path),
+            Err(_) => Rows::new().and_records(self.table(py, table)?),
+        };
+        let rows = of.into_iter().fold(rows, Rows::of);
+        let rows = ignore.iter().fold(rows, |rows, column| rows.ignore(column));
+        let program = self.program.clone().rows(rows).map_err(raised)?;
+        Ok(Self::new(program, Origin { text: None, ..self.origin.clone() }))
+    }
+
+    /// The posterior of each missing cell of the rows of `rows`, given the others.
+    fn missing(&self, py: Python<'_>) -> PyResult<Vec<Posterior>> {
+        let program = self.program.clone();
+        let found = patiently(py, move || program.missing())?.map_err(raised)?;
+        Ok(found.into_iter().map(Posterior::from).collect())
+    }
+
+    /// The derivation of the answer, step by step; of all declared questions if none is given.
+    #[pyo3(signature = (question = None))]
+    fn explain(&self, question: Option<&str>) -> PyResult<Derivation> {
+        Derivation::of(&self.program, question, self.origin.options()).map_err(raised)
+    }
+
+    /// The network. With a question its variables are marked; with evidence (`{}` for
+    /// none) each node shows its posterior, and observed nodes are shaded.
+    #[pyo3(signature = (question = None, *, evidence = None))]
+    fn diagram(
+        &self,
+        py: Python<'_>,
+        question: Option<&str>,
+        evidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Diagram> {
+        let Some(evidence) = evidence else { return Diagram::of(&self.program, question).map_err(raised) };
+        if question.is_some() {
+            return Err(wrong("a diagram shows either a question or evidence, not both"));
+        }
+        let known = crate::value::evidence(Some(evidence))?;
+        let program = self.program.clone();
+        patiently(py, move || Diagram::with_posteriors(&program, &known))?.map_err(raised)
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (String, String, Py<PyAny>))> {
+        slf.get().origin.reduced(slf.py())
+    }
+
+    fn __repr__(&self) -> String {
+        let variables = self.program.variables();
+        let shown: Vec<&str> = variables.iter().take(8).map(String::as_str).collect();
+        let more = if variables.len() > shown.len() { ", …" } else { "" };
+        format!("<Program {}: {}{more}>", self.program.name(), shown.join(", "))
+    }
+
+    fn __str__(&self) -> String {
+        self.program.text().map_or_else(|| self.__repr__(), str::to_owned)
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("bayesian_programs.display")?.call_method1("program", (slf,))
+    }
+
+    fn _repr_latex_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("bayesian_programs.display")?.call_method1("program_latex", (slf,))
+    }
+}

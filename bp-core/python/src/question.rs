@@ -1,0 +1,119 @@
+//! Questions, compiled once for repeated use.
+//!
+//! In: a program and the text of a question. Out: [`Question`], which takes values and is asked. Invariant: a question is
+//! immutable and shares its compiled code; where its answers are quick, they are computed on the thread that asks.
+
+use crate::error::raised;
+use crate::posterior::Posterior;
+use crate::table;
+use crate::value::evidence;
+use crate::work::patiently;
+use bp_core::prelude::{self, Error, Evidence};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+/// The time within which an answer is quick: Ctrl-C need not interrupt it.
+const QUICK: Duration = Duration::from_millis(20);
+
+/// A compiled question, and whether its last answer was quick.
+pub(crate) struct Asked {
+    question: prelude::Question,
+    quick: AtomicBool,
+}
+
+impl Asked {
+    pub(crate) fn new(question: prelude::Question) -> Self {
+        Self { question, quick: AtomicBool::new(false) }
+    }
+
+    pub(crate) fn ask(&self, py: Python<'_>) -> PyResult<Posterior> {
+        self.answer(py, prelude::Question::ask).map(Posterior::from)
+    }
+
+    pub(crate) fn ask_all(&self, py: Python<'_>) -> PyResult<Vec<Posterior>> {
+        let all = self.answer(py, prelude::Question::ask_all)?;
+        Ok(all.into_iter().map(Posterior::from).collect())
+    }
+
+    fn answer<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        answer: fn(&prelude::Question) -> Result<T, Error>,
+    ) -> PyResult<T> {
+        let timed = move |question: &prelude::Question| {
+            let begun = Instant::now();
+            (answer(question), begun.elapsed() < QUICK)
+        };
+        let (found, quick) = match self.quick.load(Relaxed) {
+            true => py.detach(|| timed(&self.question)),
+            false => {
+                let question = self.question.clone();
+                patiently(py, move || timed(&question))?
+            }
+        };
+        self.quick.store(quick, Relaxed);
+        found.map_err(raised)
+    }
+}
+
+/// A prepared question to a program.
+///
+/// Made by `Program.question`. `given` returns a question with a value; `ask` answers it.
+#[pyclass(frozen, module = "bayesian_programs")]
+pub(crate) struct Question(Arc<Asked>);
+
+impl Question {
+    pub(crate) fn new(asked: Arc<Asked>) -> Self {
+        Self(asked)
+    }
+}
+
+#[pymethods]
+impl Question {
+    /// The question with values: of names in it (`wet` of `Wet = wet`), of variables that it leaves open, of parameters,
+    /// sizes and inputs. Several values are a list or an array.
+    #[pyo3(signature = (values = None, /, **named))]
+    fn given(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let all = evidence(values)?;
+        let more = evidence(named.map(|named| named.as_any()))?;
+        let mut question = self.0.question.clone();
+        for (name, value) in all.iter().chain(more.iter()) {
+            question = question.given(name, value.clone()).map_err(raised)?;
+        }
+        let quick = AtomicBool::new(self.0.quick.load(Relaxed));
+        Ok(Self(Arc::new(Asked { question, quick })))
+    }
+
+    /// Answers it.
+    fn ask(&self, py: Python<'_>) -> PyResult<Posterior> {
+        self.0.ask(py)
+    }
+
+    /// Answers it; returns an answer for each ask.
+    fn ask_all(&self, py: Python<'_>) -> PyResult<Vec<Posterior>> {
+        self.0.ask_all(py)
+    }
+
+    /// Answers it over time (`filter`, `predict`, `smooth`, `sequence`), given the observations: a list of mappings, one for
+    /// each instant, or a table (a path, a frame, a mapping of columns) with a row for each; what is missing is not observed.
+    fn over(&self, py: Python<'_>, instants: &Bound<'_, PyAny>) -> PyResult<Posterior> {
+        let question = self.0.question.clone();
+        if let Ok(path) = instants.extract::<PathBuf>() {
+            return patiently(py, move || question.over_table(path))?.map(Posterior::from).map_err(raised);
+        }
+        if let Ok(each) = instants.cast::<pyo3::types::PyList>() {
+            let each: Vec<Evidence> = each.iter().map(|one| evidence(Some(&one))).collect::<PyResult<_>>()?;
+            return patiently(py, move || question.over(&each))?.map(Posterior::from).map_err(raised);
+        }
+        let records = table::Table::of(py, None, instants)?.records().map_err(raised)?;
+        patiently(py, move || question.over_records(&records))?.map(Posterior::from).map_err(raised)
+    }
+
+    fn __repr__(&self) -> String {
+        "<Question>".to_owned()
+    }
+}

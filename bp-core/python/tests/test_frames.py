@@ -1,0 +1,167 @@
+"""Tables in and out. Expected values: by hand, or the same question asked alone."""
+
+import os
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import bayesian_programs as bp
+
+from conftest import DOOR
+
+HIGH = 0.45 / 0.475
+
+
+def cases():
+    return {"HR": ["HIGH", None, "LOW"]}
+
+
+def check(found):
+    np.testing.assert_allclose(np.asarray(found["CATECHOL=HIGH"], float), [HIGH, 0.5, 0.01 / 0.06])
+    np.testing.assert_allclose(np.asarray(found["ln_p_evidence"], float), np.log([0.475, 1.0, 0.03]), atol=1e-15)
+
+
+def test_columns_in_columns_out(alarm):
+    found = alarm.batch(cases(), only=["CATECHOL"])
+    assert list(found) == ["ln_p_evidence", "CATECHOL=NORMAL", "CATECHOL=HIGH"]
+    assert isinstance(found, bp.Columns) and found.rows == 3 and found.errors == {}
+    check(found)
+
+
+def test_a_file_of_cases(alarm, tmp_path):
+    path = tmp_path / "cases.csv"
+    path.write_text("HR\nHIGH\n?\nLOW\n")
+    check(alarm.batch(path))
+
+
+def test_pandas(alarm):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(cases(), index=[5, 6, 7])
+    found = alarm.batch(frame)
+    assert isinstance(found, pandas.DataFrame) and list(found.index) == [5, 6, 7]
+    check(found)
+    check(alarm.batch(frame.astype("category")))
+    assert found["error"].isna().all()
+
+
+def test_polars(alarm):
+    polars = pytest.importorskip("polars")
+    frame = polars.DataFrame(cases())
+    found = alarm.batch(frame)
+    assert isinstance(found, polars.DataFrame)
+    check(found)
+    check(alarm.batch(frame.with_columns(polars.col("HR").cast(polars.Categorical))))
+
+
+def test_arrow(alarm):
+    arrow = pytest.importorskip("pyarrow")
+    table = arrow.table(cases())
+    found = alarm.batch(table)
+    assert isinstance(found, arrow.Table)
+    check(found.to_pydict())
+    batch = alarm.batch(table.to_batches()[0])
+    assert isinstance(batch, arrow.RecordBatch) and batch.schema == found.schema
+    # Several batches are one table.
+    check(alarm.batch(arrow.concat_tables([table.slice(0, 1), table.slice(1, 2)])).to_pydict())
+    empty = alarm.batch(table.slice(0, 0))
+    assert empty.num_rows == 0 and empty.schema == found.schema
+
+
+def test_a_case_without_an_answer_has_its_reason(grass):
+    found = grass.batch({"Rain": [True, True], "Wet": [True, False]})
+    assert np.isfinite(found["ln_p_evidence"][0]) and np.isnan(found["ln_p_evidence"][1])
+    assert list(found.errors) == [1] and "zero" in found.errors[1]
+
+
+def test_many_rows_are_each_answered_as_if_alone(alarm):
+    random = np.random.default_rng(5)
+    labels = np.array(["LOW", "NORMAL", "HIGH"])
+    rows = {"HR": labels[random.integers(0, 3, 40_000)], "HRBP": labels[random.integers(0, 3, 40_000)]}
+    found = alarm.batch(rows, only=["CATECHOL"])
+    assert found.rows == 40_000
+    by_case = {}
+    for hr in labels:
+        for hrbp in labels:
+            by_case[hr, hrbp] = alarm.marginals({"HR": hr, "HRBP": hrbp}).of("CATECHOL").p("HIGH")
+    expected = [by_case[pair] for pair in zip(rows["HR"], rows["HRBP"])]
+    np.testing.assert_allclose(found["CATECHOL=HIGH"], expected, rtol=1e-13)
+
+
+def test_reals_and_booleans_by_their_types(line, grass):
+    found = line.batch({"Y": np.array([2.0, np.nan], dtype=np.float64)})
+    np.testing.assert_allclose(found["X.mean"], [1.0, 0.0], atol=1e-15)
+    found = grass.batch({"Wet": np.array([True, False])}, only=["Rain"])
+    np.testing.assert_allclose(found["Rain=true"], [0.3 / 0.93, 0.0])
+    strided = np.array([2.0, -1.0, 4.0, -1.0])[::2]
+    np.testing.assert_allclose(line.batch({"Y": strided})["X.mean"], [1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"HR": ["HIGH", "HIHG"]}, "row 1, column `HR`: `HIHG` is not a value of `HR`.*did you mean `HIGH`"),
+        ({"HRR": ["HIGH"]}, "column `HRR` names no variable; did you mean `HR`"),
+        ({"HR": [2.5]}, "`2.5` is not a value of `HR`"),
+        ({"HR": ["LOW"], "HRBP": ["LOW", "LOW"]}, "column `HRBP` has 2 rows, but `HR` has 1"),
+        ({"HR": np.zeros((2, 2))}, "column `HR` has 2 axes"),
+        ({"HR": [object()]}, "of type `object`, which is no value"),
+        ({"HR": "HIGH"}, "give a list or an array"),
+        (3, "a table is a path, a frame"),
+    ],
+)
+def test_wrong_tables_say_what_to_mend(alarm, table, message):
+    with pytest.raises(bp.Error, match=message):
+        alarm.batch(table)
+
+
+def test_a_wrong_cell_has_its_place(alarm):
+    with pytest.raises(bp.DataError) as caught:
+        alarm.batch({"HR": ["HIGH"] * 20_000 + ["HIHG"]})
+    error = caught.value
+    assert (error.row, error.column, error.value) == (20_000, "HR", "HIHG")
+    assert (pickle.loads(pickle.dumps(error)).row, str(error)) == (20_000, str(pickle.loads(pickle.dumps(error))))
+
+
+def test_wrong_types_of_arrow_are_named(alarm):
+    arrow = pytest.importorskip("pyarrow")
+    table = arrow.table({"HR": arrow.array([0, 1], arrow.timestamp("s"))})
+    with pytest.raises(bp.InputError, match="column `HR` has the type Timestamp"):
+        alarm.batch(table)
+
+
+def test_learning_needs_its_columns(grass):
+    with pytest.raises(bp.Error, match="Wet"):
+        grass.learn({"Rain": [True], "Sprinkler": [False]})
+    with pytest.raises(bp.DataError, match="column `Rain`: `maybe`"):
+        grass.learn({"Rain": ["maybe"], "Sprinkler": [False], "Wet": [True]})
+    with pytest.raises(FileNotFoundError):
+        grass.learn("no_such_file.csv")
+
+
+def _interrupt_soon(seconds):
+    threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+
+def test_ctrl_c_stops_a_batch(line):
+    """The rows are asked one by one, and sampled: all of them would take minutes."""
+    slow = line.by("weighting").draws(20_000)
+    _interrupt_soon(0.4)
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        slow.batch({"Y": np.zeros(1_000_000)})
+    assert time.monotonic() - begun < 5
+    # Nothing is lost: the program answers as before.
+    assert line.ask("P(X | Y = 2)").mean() == pytest.approx(1.0)
+
+
+def test_ctrl_c_stops_draws_and_later_draws_are_complete(line):
+    slow = line.by("weighting").draws(2_000_000)
+    _interrupt_soon(0.4)
+    with pytest.raises(KeyboardInterrupt):
+        slow.ask("P(X | Y = 2)")
+    after = line.by("weighting").draws(5000).ask("P(X | Y = 2)")
+    assert after.estimate["particles"] == 5000
