@@ -5,8 +5,8 @@
 //!
 //! The parts of a head share state that belongs to one thread: the thread of the head holds them.
 
-use crate::volumetric::{Map, ranges_of_depth};
 use crate::error::{raised, raised_by_map, wrong};
+use crate::volumetric::{Map, ranges_of_depth};
 use bp_core::prelude::Error;
 use bvm::exploration::Gradient;
 use bvm::frame::wrap_angle;

@@ -10,20 +10,16 @@ use crate::error::{raised, wrong};
 use crate::filter::Filter;
 use crate::origin::{Origin, Setting, of_text};
 use crate::posterior::Posterior;
-use crate::question::{Asked, Question};
+use crate::question::{Kept, Question};
 use crate::table::Table;
-use crate::value::evidence;
+use crate::value::settings;
 use crate::work::patiently;
 use bp_core::compiler::io::Format;
-use bp_core::prelude::{self, Error, Learning, Records, Rows};
+use bp_core::compiler::learn::Settings;
+use bp_core::prelude::{self, Error, Learned, Learning, Records, Rows};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use std::collections::HashMap;
+use pyo3::types::{PyDict, PyTuple};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
-
-/// The most questions that a program keeps compiled.
-const MOST_KEPT: usize = 128;
 
 /// A Bayesian Program, or a network of another tool, with its settings.
 ///
@@ -35,12 +31,12 @@ pub(crate) struct Program {
     origin: Origin,
     /// The report of learning, as JSON.
     report: Option<String>,
-    asked: Mutex<HashMap<String, Arc<Asked>>>,
+    asked: Kept,
 }
 
 impl Program {
     pub(crate) fn new(program: prelude::Program, origin: Origin) -> Self {
-        Self { program, origin, report: None, asked: Mutex::default() }
+        Self { program, origin, report: None, asked: Kept::default() }
     }
 
     /// The program with one more setting.
@@ -51,26 +47,19 @@ impl Program {
         Ok(Self::new(program, origin))
     }
 
+    /// A learned program, with its report.
+    fn learned(&self, learned: &Learned) -> Self {
+        let mut origin = self.origin.clone();
+        // Parameters are in the text of the learned program.
+        origin.settings.retain(|setting| !matches!(setting, Setting::With(..)));
+        origin.text = learned.text().map(|text| (text.to_owned(), Format::Program.endings()[0]));
+        let report = serde_json::to_string(learned.report()).ok();
+        Self { report, ..Self::new(learned.program().clone(), origin) }
+    }
+
     /// A table in memory, for its variables.
     fn table(&self, py: Python<'_>, table: &Bound<'_, PyAny>) -> PyResult<Records> {
         Table::of(py, Some(self.program.model()), table)?.records().map_err(raised)
-    }
-
-    /// A question, compiled once for all who ask it.
-    fn asked(&self, py: Python<'_>, text: &str) -> PyResult<Arc<Asked>> {
-        let known = |all: &HashMap<String, Arc<Asked>>| all.get(text).cloned();
-        if let Some(asked) = known(&self.asked.lock().unwrap_or_else(PoisonError::into_inner)) {
-            return Ok(asked);
-        }
-        let (program, question) = (self.program.clone(), text.to_owned());
-        let asked = patiently(py, move || program.question(&question))?.map_err(raised)?;
-        let asked = Arc::new(Asked::new(asked));
-        let mut all = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
-        if all.len() >= MOST_KEPT {
-            all.clear();
-        }
-        all.insert(text.to_owned(), Arc::clone(&asked));
-        Ok(asked)
     }
 }
 
@@ -97,8 +86,7 @@ impl Program {
     /// names are given as a mapping: `with_({"P(O | C)": field})`.
     #[pyo3(signature = (values = None, /, **named))]
     fn with_(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let all = evidence(values)?;
-        let more = evidence(named.map(|named| named.as_any()))?;
+        let (all, more) = (settings(values)?, settings(named.map(|named| named.as_any()))?);
         let mut settings = all.iter().chain(more.iter());
         let mut program = Self::new(self.program.clone(), self.origin.clone());
         settings
@@ -174,19 +162,19 @@ impl Program {
 
     /// The answer to a question, or to a declared one by its name. A question is compiled once and kept.
     fn ask(&self, py: Python<'_>, question: &str) -> PyResult<Posterior> {
-        let asked = self.asked(py, question)?;
+        let asked = self.asked.of(py, &self.program, question)?;
         asked.ask(py)
     }
 
     /// The answers of a question with several, `P(Rain); entropy P(Rain)`.
     fn ask_all(&self, py: Python<'_>, question: &str) -> PyResult<Vec<Posterior>> {
-        let asked = self.asked(py, question)?;
+        let asked = self.asked.of(py, &self.program, question)?;
         asked.ask_all(py)
     }
 
     /// A question, compiled for repeated use with other values.
     fn question(&self, py: Python<'_>, question: &str) -> PyResult<Question> {
-        Ok(Question::new(self.asked(py, question)?))
+        Ok(Question::new(self.asked.of(py, &self.program, question)?))
     }
 
     /// The posterior at each instant, given the observations up to it. The last `keep`
@@ -305,32 +293,51 @@ impl Program {
         learning = iterations.into_iter().fold(learning, Learning::iterations);
         let program = self.program.clone();
         let learned = patiently(py, move || program.learn(learning))?.map_err(raised)?;
-        let mut origin = self.origin.clone();
-        // Parameters are in the text of the learned program.
-        origin.settings.retain(|setting| !matches!(setting, Setting::With(..)));
-        origin.text = learned.text().map(|text| (text.to_owned(), Format::Program.endings()[0]));
-        let report = serde_json::to_string(learned.report()).ok();
-        Ok(Self { report, ..Self::new(learned.program().clone(), origin) })
+        Ok(self.learned(&learned))
     }
 
-    /// The program whose sets have the rows of a table as their elements: a column named as a field fills it, a column named
-    /// as a family is evidence where its cells have values. `of` names the set, `ignore` columns to leave out.
-    #[pyo3(signature = (table, *, of = None, ignore = Vec::new()))]
+    /// The program whose sets have the rows of tables as their elements: a column named as a field fills it, a column named
+    /// as a family is evidence where its cells have values. `of` names the sets of the first tables, by default those of their
+    /// columns; `ignore` names columns to leave out.
+    #[pyo3(signature = (*tables, of = Vec::new(), ignore = Vec::new()))]
     fn rows(
         &self,
         py: Python<'_>,
-        table: &Bound<'_, PyAny>,
-        of: Option<&str>,
+        tables: &Bound<'_, PyTuple>,
+        of: Vec<Option<String>>,
         ignore: Vec<String>,
     ) -> PyResult<Self> {
-        let rows = match table.extract::<PathBuf>() {
-            Ok(path) => Rows::from(path),
-            Err(_) => Rows::new().and_records(self.table(py, table)?),
-        };
-        let rows = of.into_iter().fold(rows, Rows::of);
+        if of.len() > tables.len() {
+            let (sets, given) = (of.len(), tables.len());
+            return Err(wrong(format!("`of` names {sets} sets, but the number of tables is {given}")));
+        }
+        let mut rows = Rows::new();
+        for (at, table) in tables.iter().enumerate() {
+            rows = match table.extract::<PathBuf>() {
+                Ok(path) => rows.and(path),
+                Err(_) => rows.and_records(self.table(py, &table)?),
+            };
+            rows = of.get(at).cloned().flatten().iter().fold(rows, |rows, set| rows.of(set));
+        }
         let rows = ignore.iter().fold(rows, |rows, column| rows.ignore(column));
         let program = self.program.clone().rows(rows).map_err(raised)?;
         Ok(Self::new(program, Origin { text: None, ..self.origin.clone() }))
+    }
+
+    /// Learns the `unknown` forms, and the parameters that `identification` names, from its rows: their elements are pooled.
+    #[pyo3(signature = (*, seed = None, iterations = None))]
+    fn learn_from_rows(
+        &self,
+        py: Python<'_>,
+        seed: Option<u64>,
+        iterations: Option<usize>,
+    ) -> PyResult<Self> {
+        let mut settings = Settings::default();
+        settings.seed = seed.unwrap_or(settings.seed);
+        settings.iterations = iterations.unwrap_or(settings.iterations);
+        let program = self.program.clone();
+        let learned = patiently(py, move || program.learn_from_rows(&settings))?.map_err(raised)?;
+        Ok(self.learned(&learned))
     }
 
     /// The posterior of each missing cell of the rows of `rows`, given the others.

@@ -11,9 +11,10 @@ use crate::work::patiently;
 use bp_core::prelude::{self, Error, Evidence};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The time within which an answer is quick: Ctrl-C need not interrupt it.
@@ -57,6 +58,37 @@ impl Asked {
         };
         self.quick.store(quick, Relaxed);
         found.map_err(raised)
+    }
+}
+
+/// The most questions that a program keeps compiled.
+const MOST_KEPT: usize = 128;
+
+/// The questions of a program, each compiled once for all who ask it.
+#[derive(Default)]
+pub(crate) struct Kept(Mutex<HashMap<String, Arc<Asked>>>);
+
+impl Kept {
+    /// A question by its text.
+    ///
+    /// # Errors
+    /// A wrong question, under its words; one that has no answer.
+    pub(crate) fn of(&self, py: Python<'_>, program: &prelude::Program, text: &str) -> PyResult<Arc<Asked>> {
+        // The lock is never held while the interpreter lock is waited for.
+        let lock = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = lock().get(text).cloned();
+        if let Some(asked) = known {
+            return Ok(asked);
+        }
+        let (program, question) = (program.clone(), text.to_owned());
+        let asked = patiently(py, move || program.question(&question))?.map_err(raised)?;
+        let asked = Arc::new(Asked::new(asked));
+        let mut all = lock();
+        if all.len() >= MOST_KEPT {
+            all.clear();
+        }
+        all.insert(text.to_owned(), Arc::clone(&asked));
+        Ok(asked)
     }
 }
 

@@ -92,6 +92,21 @@ pub(crate) fn evidence(values: Option<&Bound<'_, PyAny>>) -> PyResult<Evidence> 
     Ok(evidence)
 }
 
+/// A mapping of names to values, all of which are given.
+///
+/// # Errors
+/// See [`read`]; a value that is `None`.
+pub(crate) fn settings(values: Option<&Bound<'_, PyAny>>) -> PyResult<Evidence> {
+    let pairs = values.and_then(|values| values.cast::<PyMapping>().ok());
+    for pair in pairs.map(|pairs| pairs.items()).transpose()?.iter().flatten() {
+        let (name, value): (String, Bound<'_, PyAny>) = pair.extract()?;
+        if value.is_none() {
+            return Err(wrong(format!("`{name}` is None: give a value")));
+        }
+    }
+    evidence(values)
+}
+
 /// A value for Python.
 pub(crate) fn shown(py: Python<'_>, value: &Value) -> PyResult<Py<PyAny>> {
     match value {

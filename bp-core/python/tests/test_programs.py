@@ -37,6 +37,8 @@ def test_settings_make_new_programs(grass):
         grass.with_(rate=1.5)
     with pytest.raises(bp.InputError, match="did you mean `rate`"):
         grass.with_(rat=0.5)
+    with pytest.raises(bp.InputError, match="`rate` is None"):
+        grass.with_(rate=None)
 
 
 def test_a_question_is_compiled_once_and_takes_values(grass):
@@ -179,6 +181,16 @@ def test_rows_of_a_table_are_a_plate():
     assert cell.mean() == pytest.approx(15 / 6)
     with pytest.raises(TypeError, match="not pickled"):
         pickle.dumps(line)
+
+
+def test_rows_of_two_tables():
+    pupils = bp.open(ROOT / "examples" / "pupils.bp")
+    path = ROOT / "examples" / "data" / "pupils.csv"
+    pandas = pytest.importorskip("pandas")
+    by_path, by_frame = pupils.rows(path), pupils.rows(pandas.read_csv(path), of=["Rows"])
+    assert by_frame.ask("effect").mean() == by_path.ask("effect").mean()
+    with pytest.raises(bp.InputError, match="names 2 sets"):
+        pupils.rows(path, of=["Rows", "Schools"])
 
 
 def test_programs_are_pickled_as_their_text(grass, alarm):
