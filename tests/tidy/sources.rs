@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 47] = [
+const PACKAGES: [&str; 49] = [
     "allocation-counter",
     "ariadne",
     "arrow-array",
@@ -28,6 +28,8 @@ const PACKAGES: [&str; 47] = [
     "flate2",
     "indicatif",
     "libm",
+    "lsp-server",
+    "lsp-types",
     "memmap2",
     "naga",
     "nalgebra",

@@ -7,6 +7,7 @@ use crate::error::wrong;
 use bp_core::compiler::answer::Slot;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Evidence, Value};
+use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyString};
@@ -54,6 +55,12 @@ pub(crate) fn read(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     }
     if let Ok(number) = value.extract::<i64>() {
         return Ok(Value::Integer(number));
+    }
+    // Row by row, as a list of lists; strides are followed.
+    if let Ok(reals) = value.extract::<PyReadonlyArrayDyn<'_, f64>>()
+        && reals.ndim() > 0
+    {
+        return Ok(Value::List(reals.as_array().iter().map(|number| Value::Real(*number)).collect()));
     }
     let is_one = value.getattr("ndim").and_then(|axes| axes.extract::<usize>()).ok() == Some(0);
     if let Ok(number) = value.extract::<f64>()

@@ -1,6 +1,7 @@
 """`batch` inside the engines that distribute rows. Expected values: the same rows in one process."""
 
 import os
+import re
 import signal
 import sys
 import threading
@@ -9,6 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+import bayesian_programs as bp
+
+from conftest import ROOT
 
 pa = pytest.importorskip("pyarrow")
 
@@ -40,6 +45,17 @@ def test_datafusion_streams_batches(alarm):
     assert together.num_rows == 1000
     alone = pa.table(alarm.batch(cases(1000), only=["CATECHOL"]))
     assert sorted(together["CATECHOL=HIGH"].to_pylist()) == sorted(alone["CATECHOL=HIGH"].to_pylist())
+
+
+def test_an_experiment_is_rows_too():
+    """The function of the page, with fewer looks."""
+    page = (ROOT / "docs" / "python.md").read_text()
+    (block,) = [one for one in re.findall(r"```python\n(.*?)```", page, re.S) if "def runs(" in one]
+    names = {"pa": pa, "bvm": bp.bvm}
+    exec(block.split("spark.")[0].replace("range(20)", "range(2)"), names)
+    (found,) = names["runs"]([pa.RecordBatch.from_pydict({"seed": [1, 2, 1]})])
+    first, second, again = found["entropy"].to_pylist()
+    assert first == again != second
 
 
 def executors(driver):

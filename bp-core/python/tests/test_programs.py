@@ -183,6 +183,21 @@ def test_rows_of_a_table_are_a_plate():
         pickle.dumps(line)
 
 
+def test_fields_are_arrays_of_any_stride():
+    field = bp.program(
+        """program Field {
+            parameters { level[Places] : real; }
+            variables { A : real; Y[place in Places] : real; }
+            decomposition { P(A) prod(place in Places) { P(Y[place] | A) } }
+            forms { P(A) = normal(0, 1); P(Y[place] | A) = normal(A + level[place], 1); }
+        }"""
+    )
+    levels = np.array([1.0, -9.0, 2.0, -9.0, 3.0])
+    for given in (levels[::2], [1.0, 2.0, 3.0], levels[::2].astype(np.float32)):
+        found = field.with_(level=given).ask("P(Y[2])")
+        assert found.mean() == pytest.approx(3.0)
+
+
 def test_rows_of_two_tables():
     pupils = bp.open(ROOT / "examples" / "pupils.bp")
     path = ROOT / "examples" / "data" / "pupils.csv"

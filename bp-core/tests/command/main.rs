@@ -8,6 +8,7 @@ mod elements;
 mod emit;
 mod general;
 mod learn;
+mod lsp;
 mod mistakes;
 mod networks;
 mod rows;

@@ -5,7 +5,8 @@
 
 use bp_core::compiler::xml::escaped;
 
-const KEYWORDS: [&str; 34] = [
+/// Words of the language.
+pub(crate) const KEYWORDS: [&str; 34] = [
     "program",
     "over",
     "in",
@@ -42,7 +43,8 @@ const KEYWORDS: [&str; 34] = [
     "predict",
 ];
 
-const TYPES: [&str; 7] = ["bool", "real", "probability", "integer", "size", "bins", "circle"];
+/// Words for domains and kinds of parameters.
+pub(crate) const TYPES: [&str; 7] = ["bool", "real", "probability", "integer", "size", "bins", "circle"];
 
 /// The text with `span`s.
 pub(crate) fn highlighted(text: &str) -> String {

@@ -21,6 +21,7 @@ mod highlight;
 mod html;
 mod latex;
 mod learn;
+mod lsp;
 mod network;
 mod output;
 mod over_time;
@@ -78,11 +79,16 @@ enum Verb {
     Convert(convert::Arguments),
     Completions(completions::Arguments),
     Learn(learn::Arguments),
+    Lsp(lsp::Arguments),
 }
 
 fn main() -> ExitCode {
     let CommandLine { verb } = CommandLine::parse();
     signals::listen();
+    if let Verb::Lsp(arguments) = &verb {
+        // Its own thread writes to stdout.
+        return lsp::run(arguments).map_or_else(Failure::report, |()| ExitCode::SUCCESS);
+    }
     let mut out = BufWriter::new(std::io::stdout().lock());
     let done = match verb {
         Verb::Check(arguments) => check::run(&arguments, &mut out),
@@ -100,6 +106,7 @@ fn main() -> ExitCode {
         Verb::Convert(arguments) => convert::run(&arguments, &mut out),
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
         Verb::Learn(arguments) => learn::run(&arguments, &mut out),
+        Verb::Lsp(arguments) => lsp::run(&arguments),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {
