@@ -130,7 +130,7 @@ fn entropy(random: &mut Random, model: &Model, words: &str, variance: f64) -> Re
     let expected = 0.5 * (std::f64::consts::TAU * std::f64::consts::E * variance).ln();
     let near = |found: f64| (found - expected).abs() <= 1e-7 * (1.0 + 1.0 / variance);
     match (asked("entropy")?, asked("argmax")?) {
-        (Figure::Entropy { entropy }, Figure::Density { density })
+        (Figure::Entropy { entropy, .. }, Figure::Density { density })
             if near(entropy) && near(0.5 - density.ln()) =>
         {
             Ok(())

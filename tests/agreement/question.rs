@@ -139,7 +139,7 @@ fn tied(one: f64, other: f64) -> bool {
 fn figure(figure: &Figure) -> f64 {
     match figure {
         Figure::Probability { p } => *p,
-        Figure::Entropy { entropy } => *entropy,
+        Figure::Entropy { entropy, .. } => *entropy,
         Figure::Expectation { expectation, error: None } => *expectation,
         Figure::Variance { variance, error: None } => *variance,
         Figure::Information { information } => *information,

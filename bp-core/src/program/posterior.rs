@@ -182,7 +182,9 @@ impl Posterior {
         }
         let part = self.one()?;
         if let (PartLaw::Laws { laws, .. }, [slot]) = (&part.law, part.of.as_slice()) {
-            return Ok([(slot.name(self.model()), laws[0].mode())].into_iter().collect());
+            let none =
+                || self.lookup(format!("`{}` has its largest density at more than one value", laws[0]));
+            return Ok([(slot.name(self.model()), laws[0].mode().ok_or_else(none)?)].into_iter().collect());
         }
         if let PartLaw::Normal { mean, .. } = &part.law {
             return Ok(part
@@ -219,6 +221,9 @@ impl Posterior {
         let part = self.one()?;
         if let PartLaw::Normal { covariance, .. } = &part.law {
             return Ok(super::numbers::normal_entropy(covariance, part.of.len()));
+        }
+        if let Some(entropy) = part.entropy_of_one_real() {
+            return Ok(entropy);
         }
         let numbers = self.finite(part)?;
         Ok(entropy(numbers.iter().copied()))

@@ -336,12 +336,12 @@ fn refusals_give_the_true_reason() {
         (&["marginals", "none.bp"], "`P(X)` is 0 for every value"),
         (&["ask", "line.bp", "P(X | Y = 1)", "--by", "sums"], "sums need finite variables"),
         (
-            &["ask", "two.bp", "entropy P(A)", "--by", "weighting"],
-            "`weighting` does not answer `entropy P(A)`: `entropy`",
+            &["ask", "two.bp", "information P(A, B)", "--by", "weighting"],
+            "`weighting` does not answer `information P(A, B)`: `information`",
         ),
         (
             &["observe", "two.bp", "--about", "A", "--by", "gibbs"],
-            "`gibbs` does not answer `entropy P(A)`: `entropy`",
+            "`gibbs` does not answer `entropy P(A)`: the information of observations",
         ),
         (&["ask", "family.bp", "P(S)", "--set", "N=9999999999999"], "from 1 to 1099511627776"),
         (&["convert", "large.bp", "large.bif"], "at most 16777216 numbers"),

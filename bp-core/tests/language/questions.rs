@@ -59,7 +59,7 @@ fn p(answer: &Answer, variable: &str, value: &str) -> f64 {
 fn numbers(answer: &Answer) -> Vec<f64> {
     let number = |figure| match figure {
         Figure::Probability { p } => p,
-        Figure::Entropy { entropy } => entropy,
+        Figure::Entropy { entropy, .. } => entropy,
         Figure::Expectation { expectation, error: None } => expectation,
         Figure::Variance { variance, error: None } => variance,
         Figure::Information { information } => information,

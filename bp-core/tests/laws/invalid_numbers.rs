@@ -368,7 +368,7 @@ fn an_impossible_context_has_zeros_or_no_row() {
         [1, 1, 1, 2]
     );
     let answer = asked("entropy P(Y | X)");
-    let Figure::Entropy { entropy } = answer.answer[0].figure else { panic!("{answer:?}") };
+    let Figure::Entropy { entropy, .. } = answer.answer[0].figure else { panic!("{answer:?}") };
     // −0.3 ln 0.3 − 0.7 ln 0.7
     assert!((entropy - 0.610_864_302_054_893_5).abs() < 1e-15, "{entropy}");
     assert_eq!(answer.answer[0].values, [("X".to_owned(), "false".to_owned())]);

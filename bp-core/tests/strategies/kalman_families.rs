@@ -98,7 +98,7 @@ fn families_over_time_are_filtered_element_by_element() {
     let known: Vec<(usize, f64)> = seen.concat();
     let expected: f64 = (0..2).map(|element| dense.given(states[3][element], &known).0[1].ln()).sum::<f64>()
         + (std::f64::consts::TAU * std::f64::consts::E).ln();
-    let Figure::Entropy { entropy } = entropy.unwrap()[0].answer[0].figure else { panic!("an entropy") };
+    let Figure::Entropy { entropy, .. } = entropy.unwrap()[0].answer[0].figure else { panic!("an entropy") };
     assert!((entropy - expected).abs() < 1e-9, "{entropy} {expected}");
 }
 

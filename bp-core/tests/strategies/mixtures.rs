@@ -108,9 +108,28 @@ fn reasons_of_refusal() {
     };
     let error = bp_core::compiler::plan::plan(&model, &question(&model, "P(X | Z = 1)"), by).unwrap_err();
     assert!(error.to_string().contains("1048576 combinations"), "{error}");
-    let error =
-        bp_core::compiler::plan::plan(&model, &question(&model, "entropy P(X | Z = 1)"), by).unwrap_err();
-    assert!(error.to_string().contains("no closed form"), "{error}");
+    let error = bp_core::compiler::plan::plan(&model, &question(&model, "entropy P(X Z)"), by).unwrap_err();
+    assert!(error.to_string().contains("several reals together"), "{error}");
+}
+
+/// 0.7 N(0, 1) + 0.3 N(3, ½): entropy, largest density and mode in 40 digits (mpmath 1.3: `quad`, `findroot`).
+#[test]
+fn entropy_mode_and_draws_of_a_mixture() {
+    let model = model_of(
+        "program Two { variables { K : bool; X : real; } decomposition { P(K) P(X | K) }
+         forms { P(K) = bernoulli(0.3); P(X | K) = normal(if K { 3 } else { 0 }, if K { 0.5 } else { 1 }); } }",
+    );
+    near(answer(&model, "entropy P(X)").answer[0].figure.number().unwrap(), 1.759_103_017_897_968_5, 1e-13);
+    let mode = answer(&model, "argmax P(X)");
+    near(mode.answer[0].values[0].1.parse().unwrap(), 1.566_515_065_274_981e-7, 1e-15);
+    near(answer(&model, "max P(X)").answer[0].figure.number().unwrap(), 0.279259599926536, 1e-14);
+    let draws: Vec<f64> =
+        answer(&model, "draw(4000) P(X)").answer.iter().map(|row| row.values[0].1.parse().unwrap()).collect();
+    // Mean 0.9, variance 0.7 + 0.3 · ¼ + 0.21 · 9; P(X > 2) = 0.7 Φ(−2) + 0.3 Φ(2).
+    let mean = draws.iter().sum::<f64>() / 4000.0;
+    near(mean, 0.9, 4.0 * (2.665f64 / 4000.0).sqrt());
+    let above = draws.iter().filter(|x| **x > 2.0).count() as f64 / 4000.0;
+    near(above, 0.7 * 0.022_750_131_948 + 0.3 * 0.977_249_868_052, 4.0 * (0.31f64 * 0.69 / 4000.0).sqrt());
 }
 
 #[test]

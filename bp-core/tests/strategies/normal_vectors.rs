@@ -328,7 +328,7 @@ fn soft_evidence_beside_reals_is_mixed_from_the_exact_answer() {
     near(mean.number().unwrap(), 0.9310344827586207);
     fails(
         mixed.ask("entropy P(X | Y = 2, K soft [0.5, 0.5])"),
-        &["`entropy` of a mixture of normal distributions"],
+        &["`entropy` of several reals together is not computed: ask for each real alone"],
     );
     // Without a closed form both `explain` and `ask` refuse, for the same reason.
     let curved = Program::parse(

@@ -99,10 +99,10 @@ fn questions_over_the_budget_are_estimated_with_a_notice() {
     // A budget that suffices changes nothing.
     assert!(program.clone().budget(1_000_000).ask("P(X3 | X0 = 2)").unwrap().estimate().is_none());
     // A question that cannot be estimated is answered exactly.
-    let entropy = program.budget(10).ask("entropy P(X3 | X0 = 2)").unwrap();
-    let p = same(3, 8.0, 0.5);
-    let expected = -p * p.ln() - (1.0 - p) * ((1.0 - p) / 7.0).ln();
-    assert!((entropy.number().unwrap() - expected).abs() < 1e-13, "{entropy}");
+    let information = program.budget(10).ask("information P(X3, X2 | X0 = 2)").unwrap();
+    let entropy = |p: f64| -p * p.ln() - (1.0 - p) * ((1.0 - p) / 7.0).ln();
+    let expected = entropy(same(3, 8.0, 0.5)) - entropy(same(1, 8.0, 0.5));
+    assert!((information.number().unwrap() - expected).abs() < 1e-13, "{information}");
 }
 
 const WALK: &str = "program Walk {

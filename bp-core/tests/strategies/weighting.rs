@@ -11,6 +11,7 @@ use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::{Notation, Options, Route, Strategy, plan};
 use bp_core::compiler::sample::Sampling;
+use bp_core::prelude::Program;
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 use statrs::function::beta::ln_beta;
 
@@ -219,4 +220,29 @@ fn the_route_shows_its_reasons_and_equations() {
     assert!(text[0].ends_with("draw ~ P(S) P(X | S)") && text[1].ends_with("wₙ = P(Y | X)"), "{text:?}");
     assert!(text[2].contains("no exact strategy applies") && text[2].contains("`X`"), "{text:?}");
     assert!(text[2].ends_with("P(S | Y) ≈ Σₙ wₙ [Sⁿ = S] / Σₙ wₙ"), "{text:?}");
+}
+
+/// P(A, B = true): ½ · 0.9, ½ · 0.1, so that P(A | B = true) is 0.9 and 0.1.
+#[test]
+fn entropy_best_and_draws_are_estimated() {
+    let program = Program::parse(
+        "program Two { variables { A, B : bool; } decomposition { P(A) P(B | A) }
+         forms { P(A) = bernoulli(0.5); P(B | A) = bernoulli(if A { 0.9 } else { 0.1 }); } }",
+    )
+    .unwrap()
+    .by("weighting")
+    .unwrap();
+    let entropy = program.ask("entropy P(A | B = true)").unwrap();
+    let Figure::Entropy { entropy, error: Some(error) } = entropy.answer().answer[0].figure else {
+        panic!("{entropy}")
+    };
+    let expected = -(0.9 * 0.9f64.ln() + 0.1 * 0.1f64.ln());
+    assert!(error < 0.02 && (entropy - expected).abs() < 4.0 * error, "{entropy} ± {error}");
+    let best = program.ask("best(1) P(A | B = true)").unwrap();
+    assert_eq!(best.answer().answer.len(), 1);
+    assert_eq!(best.answer().answer[0].values[0].1, "true");
+    let draws = program.ask("draw(2000) P(A | B = true)").unwrap();
+    let drawn = draws.answer().answer.iter().filter(|row| row.values[0].1 == "true").count() as f64 / 2000.0;
+    // The deviation of a share of 2000 is 0.0067.
+    assert!((drawn - 0.9).abs() < 0.03, "{drawn}");
 }

@@ -47,7 +47,7 @@ fn fused(distances: [Option<usize>; 3], bearings: [Option<usize>; 3]) -> Vec<f64
 fn entropies(file: &str, question: &str, given: &[(&str, &[f64])]) -> Vec<f64> {
     let answers = answers(&program(file), question, given).unwrap();
     let number = |figure| match figure {
-        Figure::Entropy { entropy } => entropy,
+        Figure::Entropy { entropy, .. } => entropy,
         other => panic!("{other:?} is no entropy"),
     };
     answers.iter().map(|answer| number(answer.answer[0].figure)).collect()

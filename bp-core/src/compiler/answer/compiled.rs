@@ -336,6 +336,8 @@ impl CompiledQuestion<'_> {
                 let reason = match answer.strategy {
                     Strategy::Gaussian => format!("`{by}` answers with a normal law"),
                     Strategy::JoinTree => format!("`{by}` answers for each variable alone"),
+                    Strategy::Mixture => format!("`{by}` answers with a mixture of normal laws"),
+                    Strategy::Conjugate => format!("`{by}` answers with named laws"),
                     _ => format!("`{by}` answers by draws"),
                 };
                 Err(self.no_table(ask, &reason))
@@ -363,7 +365,7 @@ impl CompiledQuestion<'_> {
             return Ok(answer.clone());
         }
         if let (Found::Answer(part), false) = (found, compared) {
-            return soft::of_reals(&self.model, ask, part);
+            return soft::of_reals(&self.model, ask, part, case.sampling.seed);
         }
         let (question, when) = (text.clone(), ask.when);
         let strategy = self.strategies[places[0].route];

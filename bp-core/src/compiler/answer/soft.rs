@@ -9,26 +9,28 @@
 use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
-use crate::model::{Ask, Finding, Known, Model, Statistic};
-use crate::posterior::{Answer, Column, Part, PartLaw, Slot, Table};
+use crate::model::{Ask, Finding, Known, Model, Searched, Statistic};
+use crate::posterior::{Answer, Column, Part, PartLaw, Slot, Table, refused_of_reals};
 use crate::spelling::exact;
 
 /// The reals of an ask, from those of its part, which has the softly known variables too.
 ///
 /// # Errors
 /// As [`applied`]; a statistic without a closed form.
-pub(super) fn of_reals(model: &Model, ask: &Ask, part: &Answer) -> Result<Answer, Error> {
+pub(super) fn of_reals(model: &Model, ask: &Ask, part: &Answer, seed: u64) -> Result<Answer, Error> {
     let strategy = part.strategy;
     let question = model.ask_text(ask);
     let refused = |reason: String| Error::Unplanned { question: question.clone(), reason };
     let whole = ask.statistic == Statistic::Distribution;
     let finite = ask.searched.iter().any(|item| model.variables[item.variable].domain.is_finite());
-    let moments = matches!(ask.statistic, Statistic::Expectation | Statistic::Variance)
-        || ask.statistic.levels().is_some();
-    if !(whole || moments && !finite) {
-        let of =
-            if finite { "finite variables and reals together" } else { "a mixture of normal distributions" };
-        return Err(refused(format!("`{}` of {of} has no closed form", ask.statistic.word())));
+    if finite && !whole {
+        let word = ask.statistic.word();
+        return Err(refused(format!("`{word}` of finite variables and reals together is not computed")));
+    }
+    let slots =
+        |item: &Searched| part.parts[0].of.iter().filter(|slot| slot.variable == item.variable).count();
+    if let Some(why) = refused_of_reals(&ask.statistic, ask.searched.iter().map(slots).sum()) {
+        return Err(refused(why));
     }
     let part = &part.parts[0];
     let PartLaw::ConditionalGaussian(law) = &part.law else {
@@ -64,7 +66,7 @@ pub(super) fn of_reals(model: &Model, ask: &Ask, part: &Answer) -> Result<Answer
         // Soft evidence is not an event, so it has no probability.
         ln_evidence: None,
         estimate: None,
-        answer: part.rows_of(model, &ask.statistic),
+        answer: part.rows_of(model, ask, seed)?,
         strategy,
         when: ask.when,
         parts: vec![part],

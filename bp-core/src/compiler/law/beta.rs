@@ -9,6 +9,7 @@ use super::{
     saddle,
 };
 use crate::operators::{Binary, Mass, Unary};
+use crate::special::stirling_rest;
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -129,4 +130,23 @@ pub(super) fn draw(by: &mut impl Rng, [a, b]: [f64; 2]) -> f64 {
     // No draw is 0 or 1, though rounding may make it so.
     let inside = |drawn: f64| drawn.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON / 2.0);
     rand_distr::Beta::new(a, b).map_or(f64::NAN, |law| inside(law.sample(by)))
+}
+
+/// ln B(a, b) − (a − 1) ψ(a) − (b − 1) ψ(b) + (n − 2) ψ(n), n = a + b, with ln Γ and ψ as their leading terms and rests:
+/// ½ ln (2π ab/n³) + δ(a) + δ(b) − δ(n) + (a − 1) ρ(a) + (b − 1) ρ(b) − (n − 2) ρ(n), ρ(x) = ln x − ψ(x).
+pub(super) fn entropy([a, b]: [f64; 2]) -> f64 {
+    let n = a + b;
+    let logarithms = std::f64::consts::TAU.ln() + (a / n).ln() + (b / n).ln() - n.ln();
+    let rests = stirling_rest(a) + stirling_rest(b) - stirling_rest(n);
+    0.5 * logarithms + rests + (a - 1.0) * ln_less_digamma(a).0 + (b - 1.0) * ln_less_digamma(b).0
+        - (n - 2.0) * ln_less_digamma(n).0
+}
+
+/// (a − 1) / (a + b − 2); at an end if a or b is at most 1. None where both ends, or all values, have the largest density.
+pub(super) fn mode([a, b]: [f64; 2]) -> Option<f64> {
+    match (a > 1.0, b > 1.0) {
+        (true, true) => Some((a - 1.0) / (a + b - 2.0)),
+        (false, false) if a < 1.0 && b < 1.0 || a == b => None,
+        _ => Some(f64::from(u8::from(a > b))),
+    }
 }

@@ -79,3 +79,12 @@ pub(super) fn fit(sample: &Sample, known: &[f64]) -> Result<[f64; 2], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [n, p]: [f64; 2]) -> f64 {
     rand_distr::Binomial::new(n as u64, p).map_or(f64::NAN, |law| law.sample(by) as f64)
 }
+
+pub(super) fn entropy(parameters: [f64; 2]) -> f64 {
+    super::entropy_of_counts(super::Law::Binomial, &parameters)
+}
+
+/// The whole number below (n + 1) p, n at most
+pub(super) fn mode([trials, probability]: [f64; 2]) -> Option<f64> {
+    Some(((trials + 1.0) * probability).floor().min(trials))
+}

@@ -81,3 +81,12 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {
     rand_distr::Cauchy::new(m, s).map_or(f64::NAN, |law| law.sample(by))
 }
+
+/// ln 4πs
+pub(super) fn entropy([_, scale]: [f64; 2]) -> f64 {
+    (2.0 * std::f64::consts::TAU * scale).ln()
+}
+
+pub(super) fn mode([location, _]: [f64; 2]) -> Option<f64> {
+    Some(location)
+}

@@ -57,3 +57,12 @@ pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
     let standard: f64 = Exp1.sample(by);
     standard / rate
 }
+
+/// 1 − ln r
+pub(super) fn entropy([rate]: [f64; 1]) -> f64 {
+    1.0 - rate.ln()
+}
+
+pub(super) fn mode(_: [f64; 1]) -> Option<f64> {
+    Some(0.0)
+}

@@ -8,6 +8,7 @@ use super::{
     saddle,
 };
 use crate::operators::{Mass, Unary};
+use crate::special::stirling_rest;
 use rand::Rng;
 use rand_distr::Distribution;
 
@@ -96,4 +97,18 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [k, rate]: [f64; 2]) -> f64 {
     // A draw of a small shape may underflow; a rate or a scale of 0 would be no number that a form accepts.
     rand_distr::Gamma::new(k, 1.0 / rate).map_or(f64::NAN, |law| law.sample(by).max(f64::MIN_POSITIVE))
+}
+
+/// k − ln r + ln Γ(k) + (1 − k) ψ(k), with ln Γ and ψ as their leading terms and rests, whose large parts cancel:
+/// ½ ln 2πk + δ(k) + (k − 1) (ln k − ψ(k)) − ln r.
+pub(super) fn entropy([shape, rate]: [f64; 2]) -> f64 {
+    0.5 * (std::f64::consts::TAU * shape).ln()
+        + stirling_rest(shape)
+        + (shape - 1.0) * ln_less_digamma(shape).0
+        - rate.ln()
+}
+
+/// (k − 1) / r, 0 at least
+pub(super) fn mode([shape, rate]: [f64; 2]) -> Option<f64> {
+    Some((shape - 1.0).max(0.0) / rate)
 }

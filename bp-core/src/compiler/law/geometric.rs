@@ -47,3 +47,11 @@ pub(super) fn draw(by: &mut impl Rng, [p]: [f64; 1]) -> f64 {
     let standard: f64 = Exp1.sample(by);
     (standard / -(-p).ln_1p()).floor()
 }
+
+pub(super) fn entropy(parameters: [f64; 1]) -> f64 {
+    super::entropy_of_counts(super::Law::Geometric, &parameters)
+}
+
+pub(super) fn mode(_: [f64; 1]) -> Option<f64> {
+    Some(0.0)
+}

@@ -70,3 +70,12 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [s]: [f64; 1]) -> f64 {
     cauchy::draw(by, [0.0, s]).abs()
 }
+
+/// ln 2πs
+pub(super) fn entropy([scale]: [f64; 1]) -> f64 {
+    (std::f64::consts::TAU * scale).ln()
+}
+
+pub(super) fn mode(_: [f64; 1]) -> Option<f64> {
+    Some(0.0)
+}

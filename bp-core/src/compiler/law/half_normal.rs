@@ -49,3 +49,12 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [s]: [f64; 1]) -> f64 {
     normal::draw(by, [0.0, s]).abs()
 }
+
+/// ½ ln (πe/2) + ln s
+pub(super) fn entropy([scale]: [f64; 1]) -> f64 {
+    super::normal::entropy([0.0, scale]) - std::f64::consts::LN_2
+}
+
+pub(super) fn mode(_: [f64; 1]) -> Option<f64> {
+    Some(0.0)
+}

@@ -70,3 +70,12 @@ pub(super) fn draw(by: &mut impl Rng, [m, b]: [f64; 2]) -> f64 {
     let standard: f64 = Exp1.sample(by);
     if by.random::<bool>() { m + b * standard } else { m - b * standard }
 }
+
+/// 1 + ln 2s
+pub(super) fn entropy([_, scale]: [f64; 2]) -> f64 {
+    1.0 + (2.0 * scale).ln()
+}
+
+pub(super) fn mode([location, _]: [f64; 2]) -> Option<f64> {
+    Some(location)
+}

@@ -78,3 +78,13 @@ pub(super) fn fit(sample: &Sample, known: &[f64]) -> Result<[f64; 2], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, parameters: [f64; 2]) -> f64 {
     normal::draw(by, parameters).exp()
 }
+
+/// m + ½ ln 2πe + ln s
+pub(super) fn entropy([mean, deviation]: [f64; 2]) -> f64 {
+    mean + super::normal::entropy([0.0, deviation])
+}
+
+/// exp(m − s²)
+pub(super) fn mode([mean, deviation]: [f64; 2]) -> Option<f64> {
+    Some((mean - deviation * deviation).exp())
+}

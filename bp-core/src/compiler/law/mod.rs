@@ -130,6 +130,16 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
             }
 
+            /// The entropy in nats, of densities the differential one.
+            pub fn entropy(self, parameters: &[f64]) -> f64 {
+                match self { $(Law::$law => $file::entropy(exactly(parameters)),)+ }
+            }
+
+            /// The value with the largest density or probability, of counts the largest such; `None` where there is no single one.
+            pub fn mode(self, parameters: &[f64]) -> Option<f64> {
+                match self { $(Law::$law => $file::mode(exactly(parameters)),)+ }
+            }
+
             /// The maximum-likelihood parameters of a sample; the known ones are the first.
             ///
             /// # Errors
@@ -238,6 +248,22 @@ impl Law {
         let (from, to) = (self.tails(low, parameters), self.tails(high, parameters));
         let mass = if from.0 > from.1 { from.1 - to.1 } else { to.0 - from.0 };
         mass.max(0.0)
+    }
+
+    /// The mode and the density there, at an end of the support its limit; `None` where there is no single mode.
+    pub fn largest_density(self, parameters: &[f64]) -> Option<(f64, f64)> {
+        let mode = self.mode(parameters)?;
+        let is_unbounded = match (self, parameters) {
+            (Law::Gamma | Law::Weibull, [shape, _]) => *shape < 1.0,
+            (Law::Beta, [a, b]) => *a < 1.0 || *b < 1.0,
+            _ => false,
+        };
+        let inside = match (self.support(), mode) {
+            (Support::Positive | Support::UnitInterval, 0.0) => f64::MIN_POSITIVE,
+            (Support::UnitInterval, 1.0) => 1.0 - 0.5 * f64::EPSILON,
+            _ => mode,
+        };
+        Some((mode, if is_unbounded { f64::INFINITY } else { self.density(inside, parameters) }))
     }
 
     /// The density, or the probability of a whole number.
@@ -349,6 +375,20 @@ fn no_closed_form<A: Arithmetic, const COUNT: usize>(
     _: [A::Number; COUNT],
 ) -> Option<A::Number> {
     None
+}
+
+/// The entropy of a law of counts, by the sum over the values within 40 deviations of its mean.
+fn entropy_of_counts(law: Law, parameters: &[f64]) -> f64 {
+    let (mean, reach) = (law.mean(parameters), 40.0 * (law.variance(parameters).sqrt() + 1.0));
+    let (mut sum, mut count) = (0.0, (mean - reach).max(0.0).floor());
+    while count <= mean + reach {
+        let ln = law.ln_density(&mut Numbers, count, parameters);
+        if ln > f64::NEG_INFINITY {
+            sum -= ln * ln.exp();
+        }
+        count += 1.0;
+    }
+    sum
 }
 
 /// As many parameters as the law has.

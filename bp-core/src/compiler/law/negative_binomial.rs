@@ -85,3 +85,12 @@ pub(super) fn draw(by: &mut impl Rng, [r, p]: [f64; 2]) -> f64 {
     let rate = rand_distr::Gamma::new(r, (1.0 - p) / p).map_or(0.0, |law| law.sample(by));
     rand_distr::Poisson::new(rate).map_or(0.0, |law| law.sample(by))
 }
+
+pub(super) fn entropy(parameters: [f64; 2]) -> f64 {
+    super::entropy_of_counts(super::Law::NegativeBinomial, &parameters)
+}
+
+/// The whole number below (r − 1) (1 − p) / p
+pub(super) fn mode([successes, probability]: [f64; 2]) -> Option<f64> {
+    Some(((successes - 1.0).max(0.0) * (1.0 - probability) / probability).floor())
+}

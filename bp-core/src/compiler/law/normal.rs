@@ -118,3 +118,12 @@ pub(super) fn draw(by: &mut impl Rng, [m, s]: [f64; 2]) -> f64 {
     let standard: f64 = StandardNormal.sample(by);
     m + s * standard
 }
+
+/// ½ ln 2πe + ln s
+pub(super) fn entropy([_, deviation]: [f64; 2]) -> f64 {
+    0.5 * (std::f64::consts::TAU.ln() + 1.0) + deviation.ln()
+}
+
+pub(super) fn mode([mean, _]: [f64; 2]) -> Option<f64> {
+    Some(mean)
+}

@@ -61,3 +61,12 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
     rand_distr::Poisson::new(rate).map_or(f64::NAN, |law| law.sample(by))
 }
+
+pub(super) fn entropy(parameters: [f64; 1]) -> f64 {
+    super::entropy_of_counts(super::Law::Poisson, &parameters)
+}
+
+/// The whole number below λ
+pub(super) fn mode([rate]: [f64; 1]) -> Option<f64> {
+    Some(rate.floor())
+}

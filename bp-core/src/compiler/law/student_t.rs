@@ -5,10 +5,11 @@
 
 use super::{
     Arithmetic, Constraint, Numbers, Refusal, Sample, Support,
-    fit::{MOST_SHAPE, NO_CONVERGENCE, TOO_EQUAL},
+    fit::{MOST_SHAPE, NO_CONVERGENCE, TOO_EQUAL, ln_less_digamma},
     normal::standard,
 };
 use crate::operators::{Mass, Unary};
+use crate::special::ln_rising;
 use rand::Rng;
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use std::f64::consts::TAU;
@@ -250,4 +251,16 @@ pub(super) fn draw(by: &mut impl Rng, [freedom, m, s]: [f64; 3]) -> f64 {
     let standard: f64 = StandardNormal.sample(by);
     let square = ChiSquared::new(freedom).map_or(f64::NAN, |law| law.sample(by));
     m + s * standard / (square / freedom).sqrt()
+}
+
+/// (ν + 1)/2 (ψ((ν + 1)/2) − ψ(ν/2)) + ½ ln ν + ln B(ν/2, ½) + ln s
+pub(super) fn entropy([freedom, _, scale]: [f64; 3]) -> f64 {
+    let half = 0.5 * freedom;
+    let digammas = (1.0 / freedom).ln_1p() + ln_less_digamma(half).0 - ln_less_digamma(half + 0.5).0;
+    let ln_beta = 0.5 * std::f64::consts::PI.ln() - ln_rising(half, 0.5);
+    (half + 0.5) * digammas + 0.5 * freedom.ln() + ln_beta + scale.ln()
+}
+
+pub(super) fn mode([_, location, _]: [f64; 3]) -> Option<f64> {
+    Some(location)
 }

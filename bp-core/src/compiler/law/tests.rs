@@ -34,6 +34,56 @@ fn cases() -> Vec<(Law, Vec<f64>)> {
     ]
 }
 
+/// In 40 digits (mpmath 1.3): closed forms with ψ, ln Γ and Bessel functions, or quadrature of −p ln p.
+#[test]
+fn entropies_have_their_known_values() {
+    for (law, parameters, entropy) in [
+        (Law::Uniform, vec![-2.0, 3.0], 5f64.ln()),
+        (Law::Normal, vec![1.5, 0.7], 1.062_263_589_265_940_5),
+        (Law::Lognormal, vec![0.3, 0.5], 1.025_791_352_644_727_4),
+        (Law::Exponential, vec![2.5], 1.0 - 2.5f64.ln()),
+        (Law::Gamma, vec![2.5, 1.7], 1.199_319_658_442_884),
+        (Law::Gamma, vec![1e6, 2.0], 7.633_546_298_293_448),
+        (Law::Beta, vec![0.5, 3.0], -1.108_050_201_102_210_1),
+        (Law::Beta, vec![2e7, 3e7], -8.158_386_437_422_722),
+        (Law::StudentT, vec![7.0, 0.5, 0.8], 1.343_234_710_403_395_3),
+        (Law::StudentT, vec![1e6, 0.0, 1.0], 1.418_939_533_204_922_7),
+        (Law::Weibull, vec![1.8, 2.0], 1.361_900_811_169_618_7),
+        (Law::VonMises, vec![0.4, 3.0], 0.993_228_806_353_252_8),
+        (Law::VonMises, vec![0.4, 500.0], -1.687_864_763_914_924_3),
+        (Law::VonMises, vec![0.4, 1e6], -5.488_816_495_777_277),
+        (Law::Poisson, vec![4.2], 2.112_587_184_713_986),
+        (Law::Geometric, vec![0.35], 1.849_847_540_098_95),
+        (Law::Laplace, vec![0.5, 0.7], 1.336_472_236_621_213),
+        (Law::HalfNormal, vec![1.3], 0.988_155_617_112_218_5),
+        (Law::HalfCauchy, vec![0.6], 1.327_051_442_643_354_8),
+        (Law::Cauchy, vec![-0.4, 0.5], 1.837_877_066_409_345_5),
+    ] {
+        let found = law.entropy(&parameters);
+        assert!((found - entropy).abs() < 3e-14 * entropy.abs().max(1.0), "{law:?} {parameters:?}: {found}");
+    }
+}
+
+/// No value near the mode has a larger density, and none of a grid.
+#[test]
+fn modes_have_the_largest_density() {
+    for (law, parameters) in cases() {
+        let Some((mode, largest)) = law.largest_density(&parameters) else { continue };
+        let step = if law.support() == Support::Counts { 1.0 } else { 1e-3 };
+        for away in (-3000..=3000).map(f64::from) {
+            let other = law.density(mode + away * step, &parameters);
+            assert!(other <= largest * (1.0 + 1e-12), "{law:?} {parameters:?}: {mode}, {away}");
+        }
+    }
+    // The limit at an end of the support: r of a gamma law of shape 1, a of beta(a, 1); none below 1.
+    assert_eq!(Law::Gamma.largest_density(&[1.0, 3.0]), Some((0.0, 3.0)));
+    let (at, density) = Law::Beta.largest_density(&[3.0, 1.0]).unwrap();
+    assert!(at == 1.0 && (density - 3.0).abs() < 1e-14, "{at} {density}");
+    for (law, parameters) in [(Law::Gamma, [0.5, 1.0]), (Law::Weibull, [0.9, 2.0]), (Law::Beta, [0.5, 1.0])] {
+        assert_eq!(law.largest_density(&parameters), Some((0.0, f64::INFINITY)));
+    }
+}
+
 /// Density and cumulative distribution from statrs.
 fn known(law: Law, x: f64, p: &[f64]) -> Option<(f64, f64)> {
     fn real(law: impl Continuous<f64, f64> + ContinuousCDF<f64, f64>, x: f64) -> Option<(f64, f64)> {

@@ -58,3 +58,13 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 pub(super) fn draw(by: &mut impl Rng, [low, high]: [f64; 2]) -> f64 {
     low + (high - low) * by.random::<f64>()
 }
+
+/// ln (b − a)
+pub(super) fn entropy([low, high]: [f64; 2]) -> f64 {
+    (high - low).ln()
+}
+
+/// Each value has the same density.
+pub(super) fn mode(_: [f64; 2]) -> Option<f64> {
+    None
+}

@@ -137,3 +137,14 @@ pub(super) fn draw(by: &mut impl Rng, [m, k]: [f64; 2]) -> f64 {
         }
     }
 }
+
+/// ln 2πI₀(κ) − κ I₁(κ)/I₀(κ) = κ (1 − I₁/I₀) − ln of the largest density.
+pub(super) fn entropy([mean, k]: [f64; 2]) -> f64 {
+    // E[1 − cos(x − m)] by quadrature over the part of the turn that has density; of a large κ it is 1/(2κ) + 1/(8κ²) + 1/(8κ³) + …
+    let away = if k > 1e4 { (0.5 + (0.125 + 0.125 / k) / k) / k } else { variance([mean, k]) };
+    k * away - ln_density(&mut super::Numbers, mean, [mean, k])
+}
+
+pub(super) fn mode([mean, _]: [f64; 2]) -> Option<f64> {
+    Some(mean)
+}

@@ -110,3 +110,13 @@ pub(super) fn draw(by: &mut impl Rng, [k, c]: [f64; 2]) -> f64 {
     let standard: f64 = Exp1.sample(by);
     c * standard.powf(1.0 / k)
 }
+
+/// γ (1 − 1/k) + ln (c/k) + 1
+pub(super) fn entropy([shape, scale]: [f64; 2]) -> f64 {
+    std::f64::consts::EULER_GAMMA * (1.0 - 1.0 / shape) + scale.ln() - shape.ln() + 1.0
+}
+
+/// c ((k − 1) / k)^(1/k); 0 if k is at most 1
+pub(super) fn mode([shape, scale]: [f64; 2]) -> Option<f64> {
+    Some(scale * ((shape - 1.0).max(0.0) / shape).powf(1.0 / shape))
+}

@@ -174,7 +174,7 @@ fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
     match figure {
         Figure::Probability { p } | Figure::LnProbability { ln_p: p } => look(p),
         Figure::Estimated { p, error } => [p, error].into_iter().for_each(look),
-        Figure::Entropy { entropy: number }
+        Figure::Entropy { entropy: number, .. }
         | Figure::Information { information: number }
         | Figure::Density { density: number } => {
             if !number.is_infinite() {

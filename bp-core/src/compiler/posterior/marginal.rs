@@ -6,9 +6,8 @@
 use super::conditional::apart;
 use super::named_law::NamedLaw;
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
-use super::quantile::figures;
 use super::{Figure, Row};
-use crate::model::{Model, Statistic};
+use crate::model::Model;
 use crate::radix;
 use std::sync::Arc;
 
@@ -73,30 +72,6 @@ impl Part {
             }
             _ => None,
         }
-    }
-
-    /// The rows of a statistic of a mixture: an expectation, a variance, quantiles; of any other, those of the part.
-    pub(crate) fn rows_of(&self, model: &Model, statistic: &Statistic) -> Vec<Row> {
-        let PartLaw::Mixture(mixture) = &self.law else { return self.rows(model) };
-        let figures_of = |place: usize| {
-            let quantile = |level: &f64| (mixture.quantile(place, *level), None);
-            let quantiles = |levels: &[f64]| levels.iter().map(quantile).collect();
-            let moment = || match statistic {
-                Statistic::Expectation => {
-                    Figure::Expectation { expectation: mixture.mean(place), error: None }
-                }
-                Statistic::Variance => {
-                    Figure::Variance { variance: mixture.covariance(place, place), error: None }
-                }
-                _ => Figure::of_mixture(mixture, place),
-            };
-            figures(statistic, quantiles).unwrap_or_else(|| vec![moment()])
-        };
-        let rows = |(place, slot): (usize, &Slot)| {
-            let row = |figure| Row { values: vec![(slot.name(model), String::new())], figure };
-            figures_of(place).into_iter().map(row).collect::<Vec<Row>>()
-        };
-        self.of.iter().enumerate().flat_map(rows).collect()
     }
 
     /// The rows of a part, for display.

@@ -11,10 +11,12 @@ mod marginal;
 pub(crate) mod mixture;
 mod moments;
 mod named_law;
+mod one_real;
 mod part;
 mod quantile;
 mod rows;
 mod show;
+mod statistic;
 mod table;
 
 pub use conditional::ConditionalGaussian;
@@ -25,6 +27,7 @@ pub use named_law::NamedLaw;
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named, will_fit};
+pub(crate) use statistic::{MOST_DRAWS, refused_of_reals};
 pub use table::{Column, Table};
 
 use crate::equation::Strategy;
@@ -139,6 +142,9 @@ pub enum Figure {
         /// In nats; −∞ where a real is determined.
         #[serde(serialize_with = "finite_or_word")]
         entropy: f64,
+        /// Its standard error, where it is estimated.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        error: Option<f64>,
     },
     /// A probability, estimated.
     Estimated {
@@ -280,7 +286,7 @@ impl Figure {
             Figure::Probability { p } | Figure::Estimated { p, .. } => Some(p),
             Figure::LnProbability { ln_p: number }
             | Figure::Density { density: number }
-            | Figure::Entropy { entropy: number }
+            | Figure::Entropy { entropy: number, .. }
             | Figure::Information { information: number }
             | Figure::Divergence { divergence: number, .. }
             | Figure::Expectation { expectation: number, .. }

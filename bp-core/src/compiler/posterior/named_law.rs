@@ -33,14 +33,19 @@ impl NamedLaw {
         self.law.variance(self.own())
     }
 
-    /// Where the density of a beta or gamma distribution is largest; the first such end of its support. NaN of any other law.
-    pub fn mode(&self) -> f64 {
-        match (self.law, self.own()) {
-            (Law::Beta, [a, b]) if *a > 1.0 && *b > 1.0 => (a - 1.0) / (a + b - 2.0),
-            (Law::Beta, [a, b]) => f64::from(u8::from(a > b)),
-            (Law::Gamma, [shape, rate]) => (shape - 1.0).max(0.0) / rate,
-            _ => f64::NAN,
-        }
+    /// The value of largest density; `None` where there is no single one.
+    pub fn mode(&self) -> Option<f64> {
+        self.law.mode(self.own())
+    }
+
+    /// The value of largest density and the density there; `None` where there is no single one.
+    pub(crate) fn largest_density(&self) -> Option<(f64, f64)> {
+        self.law.largest_density(self.own())
+    }
+
+    /// The entropy, in nats.
+    pub fn entropy(&self) -> f64 {
+        self.law.entropy(self.own())
     }
 
     /// The density at a real.

@@ -70,7 +70,7 @@ impl Reader<'_> {
                 _ if !possible => continue,
                 Statistic::Entropy => {
                     let entropy = entropy(wanted.iter().map(|at| numbers[*at]));
-                    rows.push(self.context_row(context, Figure::Entropy { entropy }));
+                    rows.push(self.context_row(context, Figure::Entropy { entropy, error: None }));
                     continue;
                 }
                 Statistic::Maximum => {

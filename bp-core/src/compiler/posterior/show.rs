@@ -93,7 +93,8 @@ fn headings(row: &Row) -> Vec<String> {
         Figure::Probability { .. } => &["probability"],
         Figure::LnProbability { .. } => &["ln probability"],
         Figure::Density { .. } => &["density"],
-        Figure::Entropy { .. } => &["entropy"],
+        Figure::Entropy { error: None, .. } => &["entropy"],
+        Figure::Entropy { .. } => &["entropy ± error"],
         Figure::Normal { .. } => &["mean ± deviation"],
         Figure::Estimated { .. } => &["probability ± error"],
         Figure::Draw { .. } => &["draw"],
@@ -211,7 +212,10 @@ fn cells_of(row: &Row) -> Vec<String> {
         Figure::Probability { p } => cells.push(six_digits(p)),
         Figure::LnProbability { ln_p } => cells.push(six_digits(ln_p)),
         Figure::Density { density } => cells.push(or_infinite(density, "")),
-        Figure::Entropy { entropy } => cells.push(or_infinite(entropy, " nats")),
+        Figure::Entropy { entropy, error } => cells.push(match error {
+            Some(error) => format!("{} nats", estimated(entropy, error)),
+            None => or_infinite(entropy, " nats"),
+        }),
         Figure::Normal { mean, deviation } => {
             cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
         }

@@ -251,7 +251,7 @@ const RULE: [(f64, f64); 5] = [
 ];
 
 /// ∫ f from a to b, by ten points.
-fn gauss_legendre(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
+pub fn gauss_legendre(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let both = |(node, weight): &(f64, f64)| weight * (f(middle - half * node) + f(middle + half * node));
     half * RULE.iter().map(both).sum::<f64>()

@@ -7,13 +7,25 @@ use super::ln_gamma;
 use std::f64::consts::TAU;
 
 /// δ(x) = ln Γ(x) − ((x − ½) ln x − x + ½ ln 2π); from x = 16 on by its series (Abramowitz and Stegun 6.1.41).
-pub(super) fn stirling_rest(x: f64) -> f64 {
+pub fn stirling_rest(x: f64) -> f64 {
     if x < 16.0 {
         return ln_gamma(x) - ((x - 0.5) * pxfm::f_log(x) - x + 0.5 * pxfm::f_log(TAU));
     }
     let square = 1.0 / (x * x);
     let series = [-691.0 / 360_360.0, 1.0 / 1188.0, -1.0 / 1680.0, 1.0 / 1260.0, -1.0 / 360.0, 1.0 / 12.0];
     series.iter().fold(0.0, |sum, coefficient| sum * square + coefficient) / x
+}
+
+/// ln (Γ(a + s) / Γ(a)), for a > 0 and s ≥ 0: without the difference of two large logarithms where a is large.
+pub fn ln_rising(a: f64, s: f64) -> f64 {
+    if s == 0.0 {
+        return 0.0;
+    }
+    if a < 16.0 {
+        return ln_gamma(a + s) - ln_gamma(a);
+    }
+    let rests = stirling_rest(a + s) - stirling_rest(a);
+    (a - 0.5) * pxfm::f_log1p(s / a) + s * (pxfm::f_log(a + s) - 1.0) + rests
 }
 
 /// D₀(k, m) = k ln(k/m) + m − k; by the series of artanh where k and m are close.

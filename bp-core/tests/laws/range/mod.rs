@@ -29,7 +29,7 @@ fn numbers(answer: &Answer) -> Vec<f64> {
     let number = |figure| match figure {
         Figure::Probability { p } => p,
         Figure::Divergence { divergence, .. } => divergence,
-        Figure::Entropy { entropy } => entropy,
+        Figure::Entropy { entropy, .. } => entropy,
         Figure::Information { information } => information,
         Figure::Expectation { expectation, .. } => expectation,
         other => panic!("{other:?}"),

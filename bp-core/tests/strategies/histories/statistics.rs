@@ -27,7 +27,7 @@ fn entropy(p: &[f64]) -> f64 {
 fn number(figure: &Figure) -> f64 {
     match *figure {
         Figure::Probability { p } => p,
-        Figure::Entropy { entropy } => entropy,
+        Figure::Entropy { entropy, .. } => entropy,
         Figure::Expectation { expectation, .. } => expectation,
         Figure::Variance { variance, .. } => variance,
         Figure::Divergence { divergence, .. } => divergence,

@@ -6,14 +6,14 @@
 use super::Conjugate;
 use super::likelihood::{Kind, contribution};
 use super::offer::{element_of, kind_of, predicate_of};
-use super::unknown::Unknown;
+use super::unknown::{Evidenced, Unknown};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Form, LinearForm, Model, Statistic};
-use crate::posterior::{Answer, Figure, NamedLaw, Part, PartLaw, Row, Slot, Table, figures};
+use crate::model::{Ask, Form, LinearForm, Model};
+use crate::posterior::{Answer, NamedLaw, Part, PartLaw, Slot, Table};
 use crate::sample::Observations;
 use crate::strategies::gaussian::{Slots, by_intervals};
 use crate::strategies::{Case, Found, Prepared};
@@ -33,7 +33,7 @@ impl Prepared for Conjugate {
                 };
                 Ok(Found::Table(table, ln_evidence))
             }
-            false => Ok(Found::Answer(posterior.unknowns(ask, ln_evidence))),
+            false => posterior.unknowns(ask, ln_evidence, case.sampling.seed).map(Found::Answer),
         };
         self.asks.iter().map(answer).collect()
     }
@@ -43,8 +43,8 @@ impl Prepared for Conjugate {
 pub(super) struct Posterior<'s> {
     setting: &'s Setting<'s>,
     values: Vec<f64>,
-    /// The unknowns, and the first slot of each by any of its slots.
-    unknowns: HashMap<usize, (Unknown, Unknown)>,
+    /// The unknowns with what is observed of them, their posteriors, and the first slot of each by any of its slots.
+    unknowns: HashMap<usize, (Evidenced, Unknown)>,
     first: HashMap<usize, usize>,
     /// Which slots are unknowns; their values are 0.
     is_unknown: Vec<bool>,
@@ -90,7 +90,7 @@ impl<'s> Posterior<'s> {
                 first.insert(slot, slot - instance.component);
                 if instance.component == 0 {
                     let prior = prior(setting, &instance, &values)?;
-                    unknowns.insert(slot, (prior.clone(), prior));
+                    unknowns.insert(slot, (Evidenced::new(prior.clone()), prior));
                 }
             }
         }
@@ -118,25 +118,23 @@ impl<'s> Posterior<'s> {
                     setting.distribution(&instance, &self.plain())?;
                     return Ok(ln);
                 }
-                if let Some((_, unknown)) = found.slot.and_then(|slot| self.unknowns.get_mut(&slot)) {
+                if let Some((unknown, _)) = found.slot.and_then(|slot| self.unknowns.get_mut(&slot)) {
                     unknown.observe(&found.observed);
                 }
             }
         }
+        self.unknowns.values_mut().for_each(|(unknown, posterior)| *posterior = unknown.posterior());
         // In the order of the slots, so that the sum has the same bits each time.
         let mut slots: Vec<&usize> = self.unknowns.keys().collect();
         slots.sort_unstable();
-        ln += slots
-            .into_iter()
-            .map(|slot| self.unknowns[slot].1.ln_evidence(&self.unknowns[slot].0))
-            .sum::<f64>();
+        ln += slots.into_iter().map(|slot| self.unknowns[slot].0.ln_probability()).sum::<f64>();
         Ok(ln)
     }
 
     /// The values, with a valid one for each unknown.
     fn plain(&self) -> Vec<f64> {
         let mut values = self.values.clone();
-        for (first, (unknown, _)) in &self.unknowns {
+        for (first, (_, unknown)) in &self.unknowns {
             match unknown {
                 Unknown::Probability(_) => values[*first] = 0.5,
                 Unknown::Rate(_) => values[*first] = 1.0,
@@ -157,7 +155,7 @@ impl<'s> Posterior<'s> {
     }
 
     /// The named distributions of some unknowns.
-    fn unknowns(&self, ask: &Ask, ln_evidence: Option<f64>) -> Answer {
+    fn unknowns(&self, ask: &Ask, ln_evidence: Option<f64>, seed: u64) -> Result<Answer, Error> {
         let (setting, model) = (self.setting, self.setting.model);
         let mut places = Vec::new();
         for item in &ask.searched {
@@ -174,35 +172,17 @@ impl<'s> Posterior<'s> {
             places.iter().map(of).collect::<Vec<f64>>()
         };
         let covariance = places.iter().flat_map(covariance).collect();
-        let mut rows = Vec::new();
-        for ((named, ..), law) in places.iter().zip(&laws) {
-            let quantiles =
-                |levels: &[f64]| levels.iter().map(|level| (law.quantile(*level), None)).collect();
-            let figures = figures(&ask.statistic, quantiles).unwrap_or_else(|| {
-                vec![match ask.statistic {
-                    Statistic::Expectation => Figure::Expectation { expectation: law.mean(), error: None },
-                    Statistic::Variance => Figure::Variance { variance: law.variance(), error: None },
-                    _ => Figure::of_law(*law),
-                }]
-            });
-            let row = |figure| Row { values: vec![(setting.slot_name(*named), String::new())], figure };
-            rows.extend(figures.into_iter().map(row));
-        }
         let of = places.iter().map(|(named, ..)| Slot::of(setting, *named)).collect();
-        Answer {
+        let part = Part { instant: None, given: Vec::new(), of, law: PartLaw::Laws { laws, covariance } };
+        Ok(Answer {
             question: model.ask_text(ask),
             strategy: Strategy::Conjugate,
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: rows,
-            parts: vec![Part {
-                instant: None,
-                given: Vec::new(),
-                of,
-                law: PartLaw::Laws { laws, covariance },
-            }],
-        }
+            answer: part.rows_of(model, ask, seed)?,
+            parts: vec![part],
+        })
     }
 
     /// The probabilities that a predicate of one unknown does not hold and that it does.

@@ -8,7 +8,10 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Statistic};
+use crate::model::{
+    Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Searched, Statistic,
+};
+use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::weighting::{refused_factor, relevant};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
@@ -253,11 +256,22 @@ fn refused_ask(
         let name = model.variable_name(item.variable);
         return Some(format!("`{name}` is neither finite nor has a conjugate prior"));
     }
-    let moments =
-        matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
-            || ask.statistic.levels().is_some();
-    if !moments || ask.searched.iter().any(|item| item.at.is_some()) {
-        return Some(format!("`{}` of a named distribution is not made here", ask.statistic.word()));
+    let alone = |item: &Searched| {
+        model.components(item.variable) == 1 && model.variables[item.variable].family.is_none()
+    };
+    let reals = ask.searched.iter().map(|item| if alone(item) { 1 } else { 2 }).sum();
+    if let Some(why) = refused_of_reals(&ask.statistic, reals) {
+        return Some(why);
+    }
+    let is_vector = |item: &Searched| model.components(item.variable) > 1;
+    if matches!(ask.statistic, Statistic::Draw(_)) && ask.searched.iter().any(is_vector) {
+        return Some("proportions are drawn by draws of the program".to_owned());
+    }
+    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
+        let name = model.variable_name(item.variable);
+        return Some(format!(
+            "it does not give the density of `{name}` at one value: ask for `P({name} | …)`"
+        ));
     }
     None
 }

@@ -6,7 +6,7 @@
 use crate::law::Law;
 use crate::posterior::NamedLaw;
 use crate::random::Random;
-use crate::special::ln_gamma;
+use crate::special::ln_rising;
 
 /// The distribution of an unknown.
 #[derive(Clone, PartialEq, Debug)]
@@ -32,35 +32,77 @@ pub(super) enum Observed {
     Counts(Vec<f64>),
 }
 
-impl Unknown {
-    /// Adds an observation.
-    pub(super) fn observe(&mut self, observed: &Observed) {
-        match (self, observed) {
-            (Unknown::Probability(own), Observed::Trials(more))
-            | (Unknown::Rate(own), Observed::Events(more)) => {
-                own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
-            }
-            (Unknown::Proportions(own), Observed::Counts(more)) => {
-                own.iter_mut().zip(more).for_each(|(own, more)| *own += more);
-            }
-            _ => unreachable!("internal: the offer has looked at the form"),
-        }
-    }
-
-    /// ln of the integral of the density without its constant.
-    fn ln_total(&self) -> f64 {
-        let ln_beta = |a: &[f64]| a.iter().map(|a| ln_gamma(*a)).sum::<f64>() - ln_gamma(a.iter().sum());
+impl Observed {
+    /// Its numbers.
+    fn numbers(&self) -> &[f64] {
         match self {
-            Unknown::Probability(parameters) => ln_beta(parameters),
-            Unknown::Proportions(parameters) => ln_beta(parameters),
-            Unknown::Rate([shape, rate]) => ln_gamma(*shape) - shape * rate.ln(),
-            Unknown::Alone(_) => 0.0,
+            Observed::Trials(both) | Observed::Events(both) => both,
+            Observed::Counts(all) => all,
+        }
+    }
+}
+
+/// An unknown and all that is observed of it.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Evidenced {
+    prior: Unknown,
+    /// The sum of what is observed; empty if nothing is.
+    observed: Vec<f64>,
+}
+
+impl Evidenced {
+    pub(super) fn new(prior: Unknown) -> Self {
+        Self { prior, observed: Vec::new() }
+    }
+
+    /// Adds an observation.
+    pub(super) fn observe(&mut self, more: &Observed) {
+        self.observed.resize(more.numbers().len(), 0.0);
+        self.observed.iter_mut().zip(more.numbers()).for_each(|(own, more)| *own += more);
+    }
+
+    /// Its posterior.
+    pub(super) fn posterior(&self) -> Unknown {
+        self.prior.after(&self.observed)
+    }
+
+    /// ln of the probability of all that is observed.
+    pub(super) fn ln_probability(&self) -> f64 {
+        self.prior.ln_probability(&self.observed)
+    }
+}
+
+impl Unknown {
+    /// The distribution once this is observed.
+    fn after(&self, observed: &[f64]) -> Self {
+        let sums = |own: &[f64; 2]| [own[0] + observed[0], own[1] + observed[1]];
+        match self {
+            _ if observed.is_empty() => self.clone(),
+            Unknown::Probability(own) => Unknown::Probability(sums(own)),
+            Unknown::Rate(own) => Unknown::Rate(sums(own)),
+            Unknown::Proportions(own) => {
+                Unknown::Proportions(own.iter().zip(observed).map(|(own, more)| own + more).collect())
+            }
+            Unknown::Alone(law) => Unknown::Alone(*law),
         }
     }
 
-    /// ln of the probability of all that led from a distribution to this one.
-    pub(super) fn ln_evidence(&self, prior: &Self) -> f64 {
-        self.ln_total() - prior.ln_total()
+    /// ln of the probability of what is observed, without the factors that do not depend on the unknown.
+    ///
+    /// With (a)ₛ = Γ(a + s) / Γ(a): of shares Π (aᵢ)ₙᵢ / (Σ aᵢ)_Σnᵢ, of a rate (k)ₙ (1 + t/r)⁻ᵏ (r + t)⁻ⁿ.
+    pub(super) fn ln_probability(&self, observed: &[f64]) -> f64 {
+        let of_shares = |all: &[f64]| {
+            let each = all.iter().zip(observed).map(|(a, count)| ln_rising(*a, *count));
+            each.sum::<f64>() - ln_rising(all.iter().sum(), observed.iter().sum())
+        };
+        match (self, observed) {
+            (Unknown::Probability(all), [_, _]) => of_shares(all),
+            (Unknown::Proportions(all), [_, ..]) => of_shares(all),
+            (Unknown::Rate([shape, rate]), [events, time]) => {
+                ln_rising(*shape, *events) - shape * (time / rate).ln_1p() - events * (rate + time).ln()
+            }
+            _ => 0.0,
+        }
     }
 
     /// The probability of an observation whose other factor has this logarithm.
@@ -74,11 +116,7 @@ impl Unknown {
                 all.iter().zip(counts).map(|(a, count)| a * count).sum::<f64>() / all.iter().sum::<f64>()
             }
             _ if ln_factor == f64::NEG_INFINITY => 0.0,
-            _ => {
-                let mut after = self.clone();
-                after.observe(observed);
-                (after.ln_evidence(self) + ln_factor).exp()
-            }
+            _ => (self.ln_probability(observed.numbers()) + ln_factor).exp(),
         }
     }
 

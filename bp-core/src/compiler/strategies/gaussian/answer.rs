@@ -11,15 +11,14 @@ use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Model, Searched, Statistic, Value, When};
-use crate::posterior::{Answer, Column, Figure, Part, PartLaw, Row, Slot, Table, figures, of_normal};
+use crate::posterior::{
+    Answer, Column, Figure, MOST_DRAWS, Part, PartLaw, Row, Slot, Table, figures, of_normal,
+};
 use crate::random::seeded;
 use crate::sample::Observations;
 use crate::spelling::exact;
 use crate::strategies::{Case, Found, Prepared};
 use rand::Rng;
-
-/// The most values that are drawn at once.
-const MOST_DRAWS: f64 = 1e7;
 
 /// The rows that an ask's statistic makes of the normal law of the searched variables; `context` is named in each row.
 ///
@@ -46,7 +45,7 @@ pub(crate) fn rows(
         return Ok(vec![at(&values, Figure::Density { density: law.ln_density(&values).exp() })]);
     }
     Ok(match &ask.statistic {
-        Statistic::Entropy => vec![row(Vec::new(), Figure::Entropy { entropy: law.entropy() })],
+        Statistic::Entropy => vec![row(Vec::new(), Figure::Entropy { entropy: law.entropy(), error: None })],
         Statistic::Information => {
             let first = setting.slots_of(ask.searched[0].variable).len();
             vec![row(Vec::new(), Figure::Information { information: law.information(first) })]

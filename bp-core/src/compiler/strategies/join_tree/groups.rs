@@ -135,13 +135,13 @@ impl Asked<'_> {
             let mut rows = Vec::new();
             if is_entropy && Some(ask) == self.route.exact.asks.first() {
                 let entropy = entropy(&now.probabilities) * LN_2;
-                rows.push(Row { values: Vec::new(), figure: Figure::Entropy { entropy } });
+                rows.push(Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } });
             }
             let alone = ask.searched.len() == 1 || !is_entropy;
             let own = |one: &&Observation| alone && self.setting.variable_of(one.variable) == own;
             rows.extend(found.iter().filter(own).map(|one| {
                 let figure = match is_entropy {
-                    true => Figure::Entropy { entropy: one.entropy * LN_2 },
+                    true => Figure::Entropy { entropy: one.entropy * LN_2, error: None },
                     false => Figure::Information { information: one.information * LN_2 },
                 };
                 Row { values: vec![(self.named.variable(one.variable), String::new())], figure }

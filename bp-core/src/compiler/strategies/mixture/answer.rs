@@ -48,10 +48,10 @@ impl Prepared for Mixture {
         let ln_evidence = event.then_some(ln_total);
         let is_finite = |item: &Searched| model.variables[item.variable].domain.is_finite();
         let found = |ask: &Ask| match ask.searched.iter().all(is_finite) {
-            true => Found::Table(weighted.table(ask), ln_evidence),
-            false => Found::Answer(weighted.reals(ask, ln_evidence)),
+            true => Ok(Found::Table(weighted.table(ask), ln_evidence)),
+            false => weighted.reals(ask, ln_evidence, case.sampling.seed).map(Found::Answer),
         };
-        Ok(self.asks.iter().map(found).collect())
+        self.asks.iter().map(found).collect()
     }
 }
 
@@ -99,7 +99,7 @@ impl Weighted<'_> {
     }
 
     /// The mixture of normal distributions of reals, with the values of finite variables that are asked with them.
-    fn reals(&self, ask: &Ask, ln_evidence: Option<f64>) -> Answer {
+    fn reals(&self, ask: &Ask, ln_evidence: Option<f64>, seed: u64) -> Result<Answer, Error> {
         let setting = self.setting;
         let all = || ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let of: Vec<Slot> = all().map(|slot| Slot::of(setting, slot)).collect();
@@ -126,14 +126,14 @@ impl Weighted<'_> {
             }
         };
         let part = Part { instant: None, given: Vec::new(), of, law };
-        Answer {
+        Ok(Answer {
             question: setting.model.ask_text(ask),
             strategy: Strategy::Mixture,
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: part.rows_of(setting.model, &ask.statistic),
+            answer: part.rows_of(setting.model, ask, seed)?,
             parts: vec![part],
-        }
+        })
     }
 }

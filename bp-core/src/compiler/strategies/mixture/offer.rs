@@ -7,6 +7,7 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Ask, Finding, IndexSpace, Model, Question, Statistic};
+use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::particles::is_linear_in;
 use crate::strategies::weighting::{refused_factor, relevant};
@@ -125,12 +126,15 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     }
     let finite = ask.searched.iter().filter(|item| is_finite(item.variable)).count();
     if finite == 0 {
-        let moments =
-            matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance)
-                || ask.statistic.levels().is_some();
-        if !moments || ask.searched.iter().any(|item| item.at.is_some()) {
-            let word = ask.statistic.word();
-            return Some(format!("`{word}` of a mixture of normal distributions has no closed form"));
+        let reals = ask.searched.iter().map(|item| size(model, item.variable)).sum();
+        if let Some(why) = refused_of_reals(&ask.statistic, reals) {
+            return Some(why);
+        }
+        if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
+            let name = model.variable_name(item.variable);
+            return Some(format!(
+                "it does not give the density of `{name}` at one value: ask for `P({name} | …)`"
+            ));
         }
     } else if finite < ask.searched.len()
         && (ask.statistic != Statistic::Distribution || ask.searched.iter().any(|item| item.at.is_some()))
@@ -143,13 +147,21 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     ask.known.iter().find_map(|known| {
         let name = model.variable_name(known.variable);
         match &known.evidence {
-            Finding::Soft(_) => Some(format!("soft evidence on `{name}` is not taken over time")),
+            Finding::Soft(_) => Some(format!("soft evidence on `{name}` is mixed from answers without it")),
             Finding::Each if is_finite(known.variable) && Some(known.variable) != model.plate_index() => {
                 Some(format!("a table over `{name}` is not made by a mixture: give its value, `{name} = …`"))
             }
             _ => None,
         }
     })
+}
+
+/// The number of reals of a variable; several where it is a family whose size is known only when it is asked.
+fn size(model: &Model, variable: VariableId) -> usize {
+    match model.variables[variable].family.map(|family| family.over) {
+        None => model.components(variable),
+        Some(_) => 2,
+    }
 }
 
 impl Offered for Mixture {

@@ -225,7 +225,8 @@ impl Asker<'_> {
         Ok(match &posterior.law {
             InstantLaw::Cloud { draws, kept, linear, .. } => {
                 let ask = &Ask { when: When::Now, ..ask.clone() };
-                let mut rows = sampled::rows(self.setting, ask, draws, kept, linear)?;
+                let mut rows =
+                    sampled::rows(self.setting, ask, draws, kept, (linear, self.case.sampling.seed))?;
                 rows.iter_mut().for_each(|row| row.values.splice(0..0, instant.clone()).for_each(drop));
                 rows
             }

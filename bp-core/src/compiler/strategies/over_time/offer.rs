@@ -148,7 +148,11 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         (_, Statistic::Quantile(_) | Statistic::Interval(_)) => return None,
         (
             When::Filter | When::Predict(_) | When::Smooth,
-            Statistic::Argmax { nearest: None } | Statistic::Maximum,
+            Statistic::Argmax { nearest: None }
+            | Statistic::Maximum
+            | Statistic::Entropy
+            | Statistic::Best(_)
+            | Statistic::Draw(_),
         ) if ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) => {
             return None;
         }

@@ -10,13 +10,18 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::memory;
 use crate::model::{Ask, Finding, Model, Statistic, Value};
-use crate::posterior::{Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, argmax, figures};
+use crate::posterior::{
+    Answer, Drawn, Estimate, Figure, MOST_DRAWS, Part, PartLaw, Row, Slot, argmax, figures,
+};
 use crate::progress;
 use crate::radix;
+use crate::random::seeded;
 use crate::sample::{Draws, MOST_R_HAT, Normals, Observations, Sampling};
 use crate::spelling::exact;
 use crate::strategies::gibbs::gibbs;
 use crate::strategies::{Case, Found, Prepared};
+use rand::RngExt;
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 /// Effective sample size below which an answer carries a warning.
@@ -122,7 +127,7 @@ pub(crate) fn answer(
         question: setting.model.ask_text(ask),
         ln_evidence: ln_evidence.map(|[ln, _]| ln),
         estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
-        answer: rows(setting, ask, draws, kept, &[])?,
+        answer: rows(setting, ask, draws, kept, (&[], sampling.seed))?,
         strategy: by,
         when: ask.when,
         parts: vec![part(setting, ask, draws, kept, &[])],
@@ -178,13 +183,13 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
 }
 
 /// The rows of an ask: a probability for each combination of finite values, or the most frequent ones; the moments, quantiles or
-/// the mode of each real, of which those in `linear` were not drawn.
+/// the mode of each real, of which those in `linear` were not drawn; `seed` is that of draws that are asked for.
 pub(crate) fn rows(
     setting: &Setting<'_>,
     ask: &Ask,
     draws: &Arc<Draws>,
     kept: &[usize],
-    linear: &[(usize, Normals)],
+    (linear, seed): (&[(usize, Normals)], u64),
 ) -> Result<Vec<Row>, Error> {
     let model = setting.model;
     let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
@@ -192,9 +197,21 @@ pub(crate) fn rows(
         slots.partition(|slot| model.variables[setting.variable_of(*slot)].domain.is_finite());
     let row = |slot: usize, figure| Row { values: vec![(setting.slot_name(slot), String::new())], figure };
     let modes = matches!(ask.statistic, Statistic::Argmax { .. } | Statistic::Maximum);
+    let by_cells = matches!(ask.statistic, Statistic::Distribution | Statistic::Entropy | Statistic::Best(_));
     let mut rows = Vec::new();
-    if (modes || ask.statistic == Statistic::Distribution) && !finite.is_empty() {
+    if (modes || by_cells) && !finite.is_empty() {
         rows = cells(setting, ask, draws, kept, &finite)?;
+    }
+    match &ask.statistic {
+        Statistic::Entropy => return Ok(vec![entropy(setting, draws, kept, &finite, &rows)]),
+        Statistic::Best(count) => {
+            rows.retain(|row| row.p() > Some(0.0));
+            rows.sort_by(|one, other| other.p().partial_cmp(&one.p()).unwrap_or(Ordering::Equal));
+            rows.truncate(*count);
+            return Ok(rows);
+        }
+        Statistic::Draw(count) => return drawn(setting, ask, draws, kept, *count, seed),
+        _ => {}
     }
     if modes {
         let scores: Vec<f64> = rows.iter().filter_map(Row::p).collect();
@@ -253,6 +270,64 @@ pub(crate) fn rows(
         rows.push(row(slot, figure));
     }
     Ok(rows)
+}
+
+/// −E[ln p] over the draws, where p is the share of the draws with the same values.
+fn entropy(setting: &Setting<'_>, draws: &Draws, kept: &[usize], finite: &[usize], cells: &[Row]) -> Row {
+    let places = finite.iter().map(|slot| {
+        let position = kept.iter().position(|own| own == slot).expect("internal: a searched slot is kept");
+        (position, setting.count(setting.variable_of(*slot)))
+    });
+    let places: Vec<(usize, usize)> = places.collect();
+    let surprise = |draw: usize| {
+        let digits = places.iter().map(|(at, count)| (draws.value(draw, *at) as usize, *count));
+        let p = cells[radix::position(digits)].p().unwrap_or(0.0);
+        if p > 0.0 { -p.ln() } else { 0.0 }
+    };
+    let [entropy, error] = draws.mean(surprise);
+    Row { values: Vec::new(), figure: Figure::Entropy { entropy: entropy.max(0.0), error: Some(error) } }
+}
+
+/// Some of the draws, chosen in proportion to their weights.
+fn drawn(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    draws: &Draws,
+    kept: &[usize],
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Row>, Error> {
+    let model = setting.model;
+    let slots: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
+    let cells = count as f64 * slots.len() as f64;
+    if cells > MOST_DRAWS {
+        let (name, help) = (model.ask_text(ask), "draw fewer values".to_owned());
+        return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
+    }
+    let mut reached = 0.0;
+    let sums = (0..draws.count()).map(|draw| {
+        reached += draws.weight(draw);
+        reached
+    });
+    let sums: Vec<f64> = sums.collect();
+    let mut random = seeded(seed, &model.ask_text(ask));
+    let positions = slots.iter().map(|slot| kept.iter().position(|own| own == slot));
+    let positions: Vec<usize> = positions.collect::<Option<_>>().expect("internal: a searched slot is kept");
+    let value = |draw: usize, (slot, at): (&usize, &usize)| {
+        let (variable, value) = (setting.variable_of(*slot), draws.value(draw, *at));
+        let text = match model.variables[variable].domain.is_finite() {
+            true => model.value_name(variable, value as usize),
+            false => exact(value),
+        };
+        (setting.slot_name(*slot), text)
+    };
+    let mut row = |number: usize| {
+        let at = random.random::<f64>() * reached;
+        let draw = sums.partition_point(|sum| *sum <= at).min(draws.count() - 1);
+        let values = slots.iter().zip(&positions).map(|place| value(draw, place)).collect();
+        Row { values, figure: Figure::Draw { draw: number } }
+    };
+    Ok((1..=count).map(&mut row).collect())
 }
 
 /// The probability of each combination of values of some finite slots that agrees with the values of the question.

@@ -14,6 +14,7 @@ use crate::equation::{Line, Notation, Strategy, is_proper, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
+use crate::plan::Group;
 use crate::strategies::conjugate::{Conjugate, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
@@ -77,6 +78,9 @@ fn offer(
         let reason = if turn.forced { why } else { format!("{reason}; and {why}") };
         Error::Unplanned { question: question.clone(), reason }
     };
+    if turn.options.group == Group::Information {
+        return Err(refused("the information of observations is not estimated by draws".to_owned()));
+    }
     if let Some(why) = asks.iter().find_map(|ask| refused_ask(model, ask)) {
         return Err(refused(why));
     }

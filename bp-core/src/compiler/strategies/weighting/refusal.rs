@@ -43,6 +43,7 @@ fn not_of_draws(model: &Model, ask: &Ask) -> Option<String> {
         Statistic::Distribution
         | Statistic::Expectation
         | Statistic::Variance
+        | Statistic::Draw(_)
         | Statistic::Quantile(_)
         | Statistic::Interval(_) => return None,
         Statistic::Argmax { nearest: None } | Statistic::Maximum => {
@@ -65,9 +66,16 @@ fn not_of_draws(model: &Model, ask: &Ask) -> Option<String> {
                 }
             }
         }
+        Statistic::Entropy | Statistic::Best(_) => {
+            let real = ask.searched.iter().find(is_real)?;
+            let name = model.variable_name(real.variable);
+            return Some(format!(
+                "`{word}` is estimated of finite variables: divide `{name}` into bins by a variable `bins(…)`, or ask for `P(…)`"
+            ));
+        }
         _ => {}
     }
-    Some(format!("`{word}` is not estimated by draws: ask for `P(…)`, or discretise with `bins(…)`"))
+    Some(format!("`{word}` is not estimated by draws: ask for `P(…)`"))
 }
 
 /// The reason why a factor has no numbers of its own.

@@ -1,0 +1,143 @@
+//! The rows of a statistic of named laws and of mixtures of normal distributions.
+//!
+//! In: a [`Part`], and a statistic of its distribution. Out: rows. Invariant: each number is exact to rounding; of several reals
+//! together there are moments, quantiles, draws, and of independent laws the entropy.
+
+use super::one_real::{MOST_DISTINCT, OneReal};
+use super::part::{Part, PartLaw};
+use super::quantile::figures;
+use super::{Figure, Row};
+use crate::error::Error;
+use crate::model::{Ask, Model, Statistic};
+use crate::random::seeded;
+use crate::spelling::exact;
+
+/// The most values that are drawn at once.
+pub(crate) const MOST_DRAWS: f64 = 1e7;
+
+/// Why a statistic of reals is not computed of their mixture, or of their named laws; `reals` is their number.
+pub(crate) fn refused_of_reals(statistic: &Statistic, reals: usize) -> Option<String> {
+    let word = statistic.word();
+    match statistic {
+        Statistic::Distribution | Statistic::Expectation | Statistic::Variance | Statistic::Draw(_) => None,
+        _ if statistic.levels().is_some() => None,
+        Statistic::Entropy | Statistic::Maximum | Statistic::Argmax { .. } if reals == 1 => None,
+        Statistic::Entropy | Statistic::Maximum | Statistic::Argmax { .. } => {
+            Some(format!("`{word}` of several reals together is not computed: ask for each real alone"))
+        }
+        Statistic::Best(_) => {
+            Some(format!("reals have no list of values to order: `{word}` needs finite variables"))
+        }
+        _ => Some(format!("`{word}` of these distributions is not computed")),
+    }
+}
+
+impl Part {
+    /// The rows of a statistic; of a statistic that has no meaning for the part, those of the part.
+    ///
+    /// # Errors
+    /// More draws than memory holds; a mixture of very many distinct components; a law without a single mode.
+    pub(crate) fn rows_of(&self, model: &Model, ask: &Ask, seed: u64) -> Result<Vec<Row>, Error> {
+        let too_large = |cells: f64, most: f64, help: &str| Error::TooLarge {
+            name: model.ask_text(ask),
+            cells,
+            most,
+            help: help.to_owned(),
+        };
+        let at = |values: &[f64], figure| Row {
+            values: self
+                .of
+                .iter()
+                .map(|slot| slot.name(model))
+                .zip(values.iter().map(|x| exact(*x)))
+                .collect(),
+            figure,
+        };
+        let one = || -> Result<Option<OneReal>, Error> {
+            let PartLaw::Mixture(mixture) = &self.law else { return Ok(None) };
+            let own = mixture.of_slot(0);
+            match own.count() > MOST_DISTINCT {
+                true => Err(too_large(
+                    own.count() as f64,
+                    MOST_DISTINCT as f64,
+                    "ask for its moments or quantiles",
+                )),
+                false => Ok(Some(own)),
+            }
+        };
+        let alone = self.of.len() == 1;
+        match (&self.law, &ask.statistic) {
+            (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Draw(count)) => {
+                let cells = *count as f64 * self.of.len() as f64;
+                if cells > MOST_DRAWS {
+                    return Err(too_large(cells, MOST_DRAWS, "draw fewer values"));
+                }
+                let mut random = seeded(seed, &model.ask_text(ask));
+                let mut values = || match &self.law {
+                    PartLaw::Mixture(mixture) => mixture.draw(&mut random),
+                    PartLaw::Laws { laws, .. } => laws.iter().map(|law| law.draw(&mut random)).collect(),
+                    _ => unreachable!("internal: the arm has looked"),
+                };
+                Ok((1..=*count).map(|draw| at(&values(), Figure::Draw { draw })).collect())
+            }
+            (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Entropy) if alone => {
+                one()?;
+                let entropy = self.entropy_of_one_real().unwrap_or(f64::NAN);
+                Ok(vec![Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } }])
+            }
+            (PartLaw::Mixture(_), Statistic::Maximum | Statistic::Argmax { .. }) if alone => {
+                let (x, density) = one()?.map_or((f64::NAN, f64::NAN), |own| own.mode());
+                Ok(vec![at(&[x], Figure::Density { density })])
+            }
+            (PartLaw::Laws { laws, .. }, Statistic::Maximum | Statistic::Argmax { .. }) if alone => {
+                match laws[0].largest_density() {
+                    Some((x, density)) => Ok(vec![at(&[x], Figure::Density { density })]),
+                    None => {
+                        let reason = format!("`{}` has its largest density at more than one value", laws[0]);
+                        Err(Error::Unplanned { question: model.ask_text(ask), reason })
+                    }
+                }
+            }
+            _ => Ok(self.moments_or_rows(model, &ask.statistic)),
+        }
+    }
+
+    /// The entropy of one real with a named law or a mixture, in nats.
+    pub(crate) fn entropy_of_one_real(&self) -> Option<f64> {
+        match (&self.law, self.of.len()) {
+            (PartLaw::Laws { laws, .. }, 1) => Some(laws[0].entropy()),
+            (PartLaw::Mixture(mixture), 1) => Some(mixture.of_slot(0).entropy()),
+            _ => None,
+        }
+    }
+
+    /// The expectation, the variance or quantiles of each slot; of any other statistic, the rows of the part.
+    fn moments_or_rows(&self, model: &Model, statistic: &Statistic) -> Vec<Row> {
+        let [mean, variance]: [&dyn Fn(usize) -> f64; 2] = match &self.law {
+            PartLaw::Mixture(of) => [&|place| of.mean(place), &|place| of.covariance(place, place)],
+            PartLaw::Laws { laws, .. } => [&|place| laws[place].mean(), &|place| laws[place].variance()],
+            _ => return self.rows(model),
+        };
+        let quantile = |place: usize, level: f64| match &self.law {
+            PartLaw::Mixture(of) => of.quantile(place, level),
+            PartLaw::Laws { laws, .. } => laws[place].quantile(level),
+            _ => f64::NAN,
+        };
+        let mut rows = Vec::new();
+        for (place, slot) in self.of.iter().enumerate() {
+            let quantiles =
+                |levels: &[f64]| levels.iter().map(|level| (quantile(place, *level), None)).collect();
+            let own = figures(statistic, quantiles).or_else(|| {
+                Some(vec![match statistic {
+                    Statistic::Expectation => Figure::Expectation { expectation: mean(place), error: None },
+                    Statistic::Variance => Figure::Variance { variance: variance(place), error: None },
+                    _ => return None,
+                }])
+            });
+            let Some(own) = own else { return self.rows(model) };
+            let row = |figure| Row { values: vec![(slot.name(model), String::new())], figure };
+            rows.extend(own.into_iter().map(row));
+        }
+        rows
+    }
+}
