@@ -7,19 +7,11 @@
 #[path = "plots/mod.rs"]
 mod plots;
 
-use bp_core::compiler::answer::ask;
-use bp_core::compiler::exec::Inputs;
-use bp_core::compiler::source::Source;
-use bp_core::compiler::syntax::compile;
-
-fn entropy(p: &[f64]) -> f64 {
-    -p.iter().filter(|p| **p > 0.0).map(|p| p * p.ln()).sum::<f64>()
-}
+use bp_core::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/boat.bp");
-    let model = compile(&Source::new("boat", std::fs::read_to_string(path)?)).expect("it compiles");
-    let mut panels = Vec::new();
+    let boat = Program::open(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/boat.bp"))?;
+    let (mut panels, mut entropies) = (Vec::new(), Vec::new());
     for (name, title) in [
         ("bearings", "three bearings"),
         ("all", "bearings and distances"),
@@ -27,17 +19,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("wrong_distance", "one distance is wrong"),
         ("outlier", "one bearing is wrong"),
     ] {
-        let question = model.question(name).expect("it is declared");
-        let answer = ask(&model, question, &Inputs::new())?.remove(0);
-        let places: Vec<f64> = answer.answer.iter().filter_map(|row| row.p()).collect();
-        println!("{title:24} {:.4} nats", entropy(&places));
-        panels.push((title, places));
+        let place = boat.ask(name)?;
+        println!("{title:24} {:.4} nats", place.entropy()?);
+        entropies.push(place.entropy()?);
+        panels.push((title, place.values()?.into_iter().map(|(_, p)| p).collect::<Vec<f64>>()));
     }
     println!("{}", plots::heat_maps("boat", &panels, ("X", -50, 50), ("Y", -50, 50))?.display());
 
-    let [bearings, all, two, ..] = panels.as_slice() else { unreachable!("five panels") };
-    assert!(entropy(&all.1) < entropy(&bearings.1) && entropy(&bearings.1) < entropy(&two.1));
-    let here = 50 * 101 + 50;
-    assert!(all.1.iter().all(|p| *p <= all.1[here]), "the boat is at (0, 0)");
+    let [bearings, all, two_distances, ..] = entropies[..] else { unreachable!("five panels") };
+    assert!(all < bearings && bearings < two_distances);
+    let place =
+        boat.ask("argmax P(X Y | B1 = 225, B2 = 180, B3 = 270, D1 = 71, D2 = 50, D3 = 50)")?.mode()?;
+    assert_eq!((place["X"].as_f64(), place["Y"].as_f64()), (Some(0.0), Some(0.0)));
     Ok(())
 }

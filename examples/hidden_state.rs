@@ -3,6 +3,7 @@
 //! A door opens and closes, and a sensor detects whether it is open. After three readings the filter must equal the sum
 //! over all 2³ histories of the door.
 
+use bp_core::prelude::Error;
 use bp_macros::bayesian_program;
 
 bayesian_program! {
@@ -36,7 +37,7 @@ fn by_hand() -> f64 {
     weight[1] / (weight[0] + weight[1])
 }
 
-fn main() -> Result<(), bp_core::compiler::error::Error> {
+fn main() -> Result<(), Error> {
     let (mut before, mut now) = (door::open::Answer::default(), door::open::Answer::default());
     *now.distribution_mut() = vec![0.5, 0.5];
     for seen in READINGS {

@@ -6,33 +6,30 @@
 #[path = "plots/mod.rs"]
 mod plots;
 
-use bp_core::compiler::answer::ask;
-use bp_core::compiler::exec::Inputs;
-use bp_core::compiler::law::Law;
-use bp_core::compiler::learn::{Case, Learner};
-use bp_core::compiler::random::seeded;
-use bp_core::compiler::source::Source;
-use bp_core::compiler::syntax::compile;
+use bp_core::prelude::*;
 
 const TRUTH: f64 = 1.0 / 3.0;
 const TOSSES: usize = 500;
 
+/// The coin that is tossed.
+const COIN: &str = "program Coin {
+    variables { O : 0..=1; }
+    decomposition { P(O) }
+    forms { P(O) = categorical(2/3, 1/3); }
+}";
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/coin_learning.bp");
-    let model = compile(&Source::new("coin", std::fs::read_to_string(path)?)).expect("it compiles");
-    let (coin, next) = (model.variable("O").expect("a coin"), model.question("next").expect("a question"));
+    let learner = Program::open(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/coin_learning.bp"))?;
     let mut panels = Vec::new();
     for (seed, title) in [(1, "first run"), (2, "second run"), (3, "third run")] {
-        let (mut generator, mut learner) = (seeded(seed, "coin"), Learner::new(&model)?);
-        let mut believed = Vec::new();
-        for _ in 0..=TOSSES {
-            // The prediction so far, and then one more toss.
-            let answer = ask(learner.learned()?.model(), next, &Inputs::new())?.remove(0);
-            believed.extend(answer.answer[1].p());
-            let toss = Law::Binomial.draw(&mut generator, &[1.0, TRUTH]);
-            learner.observe(&Case::new(&model).with(coin, toss))?;
-        }
-        panels.push((title, believed));
+        let tosses = Program::parse(COIN)?.seed(seed).ask(&format!("draw({TOSSES}) P(O)"))?.listed()?;
+        let tosses: Vec<f64> = tosses.iter().filter_map(|toss| toss["O"].as_f64()).collect();
+        // The prediction after the first n tosses.
+        let predicted = |n: usize| {
+            let learned = learner.learn(Learning::new().column("O", &tosses[..n]))?;
+            learned.program().ask("next")?.p(1)
+        };
+        panels.push((title, (0..=TOSSES).map(predicted).collect::<Result<Vec<f64>, Error>>()?));
     }
     let across = ("tosses", 0.0, TOSSES as f64);
     println!("{}", plots::curves("learning_curve", &panels, across, "P(O = 1)", Some(TRUTH))?.display());

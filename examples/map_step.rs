@@ -3,12 +3,12 @@
 //! Content moves by −1, 0 or +1 cells at constant velocity; then each cell is observed, P(z | empty) = 0.2 and
 //! P(z | occupied) = 0.8. Ferreira, Pinho and Dias (2008), Fig. 4 and 5.
 
-use bp_core::compiler::space::{Edge, Space};
+use bp_core::prelude::{Edge, Error, Space};
 use bp_macros::bayesian_program;
 
 bayesian_program!("bvm/models/cell.bp");
 
-fn main() -> Result<(), bp_core::compiler::error::Error> {
+fn main() -> Result<(), Error> {
     let space = Space::new([5, 1, 1], [Edge::Open; 3]).expect("five cells");
     let velocities = space.antecedents(&[[-1, 0, 0], [0, 0, 0], [1, 0, 0]]);
     let occupied = [0.5, 0.5, 0.9, 0.2, 0.5];

@@ -4,13 +4,14 @@
 //! probably occupied, and the cells behind it stay at ½. Yguel, Aycard and Laugier (2008); Ferreira et al. (2008), Fig.
 //! 6.
 
+use bp_core::prelude::Error;
 use bp_macros::bayesian_program;
 
 bayesian_program!("bvm/models/line_of_sight.bp");
 
 const CELLS: usize = 10;
 
-fn main() -> Result<(), bp_core::compiler::error::Error> {
+fn main() -> Result<(), Error> {
     // sigma_min / (lambda · rho · ln b) is the deviation in cells.
     let question = line_of_sight::reading().rays(1).n(CELLS).sigma_min(0.6).ln_b(1.0);
     let answer = question.z(&[3.0]).lambda(&[1.0]).rho(&[1.0]).ask()?;

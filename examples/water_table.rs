@@ -3,11 +3,12 @@
 //! An output that would be negative has probability 0, and the others are renormalised. An impossible context has a row
 //! of zeros. Chapter 3 of Bessière et al. (2013).
 
+use bp_core::prelude::Error;
 use bp_macros::bayesian_program;
 
 bayesian_program!("examples/water_unit.bp");
 
-fn main() -> Result<(), bp_core::compiler::error::Error> {
+fn main() -> Result<(), Error> {
     let start = std::time::Instant::now();
     let table = water_unit::output().ask()?;
     println!("161 051 numbers in {:.1} ms", start.elapsed().as_secs_f64() * 1e3);

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 /// The Bayesian Volumetric Map: sensor fusion and active exploration.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, max_term_width = 80)]
 #[command(
     after_help = "Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm look --left L.png --right R.png --calibration C.toml\n  bvm calibrate vision --pair L.png R.png C.toml TRUTH.pfm\n  bvm replay --recording V1_01_easy/mav0\n  bvm listen --wav in.wav --calibration head.json\n  bvm balance --imu imu.csv --out orientation.csv\n\n\
 Frame: x ahead, y left, z up; azimuth and yaw are positive to the left."

@@ -6,7 +6,7 @@
 use super::lookup::{one_slot, slots_named};
 use super::value::{of_text, ordinal, value};
 use super::{Evidence, Program, Value};
-use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
+use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Row, Slot, ordinals};
 use crate::error::Error;
 use crate::model::Model;
 use crate::operators::entropy;
@@ -210,6 +210,23 @@ impl Posterior {
             (_, p) if p > 0.0 => Ok(self.assignment(&part.of, best.0)),
             _ => Err(self.lookup("every value has probability 0 in this context".to_owned())),
         }
+    }
+
+    /// The values of each row of a question for `draw(n)`, `best(n)` or `argmax`, in its order.
+    ///
+    /// # Errors
+    /// The question asks for something else.
+    pub fn listed(&self) -> Result<Vec<Evidence>, Error> {
+        let rows = &self.answer.answer;
+        let are_named =
+            |row: &Row| !row.values.is_empty() && row.values.iter().all(|(_, text)| !text.is_empty());
+        if rows.is_empty() || !rows.iter().all(are_named) {
+            return Err(
+                self.lookup("it lists no values: ask for `draw(10) P(…)` or `best(3) P(…)`".to_owned())
+            );
+        }
+        let named = |(name, text): &(String, String)| (name.clone(), of_text(self.model(), name, text));
+        Ok(rows.iter().map(|row| row.values.iter().map(named).collect()).collect())
     }
 
     /// The entropy, in nats; for a normal distribution the differential entropy. For a question for an entropy it is

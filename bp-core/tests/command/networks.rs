@@ -337,7 +337,7 @@ fn refusals_give_the_true_reason() {
         (&["ask", "line.bp", "P(X | Y = 1)", "--by", "sums"], "sums need finite variables"),
         (
             &["ask", "two.bp", "information P(A, B)", "--by", "weighting"],
-            "`weighting` does not answer `information P(A, B)`: `information`",
+            "`weighting` does not answer `information P(A B)`: `information`",
         ),
         (
             &["observe", "two.bp", "--about", "A", "--by", "gibbs"],

@@ -266,3 +266,75 @@ fn entropy_mode_and_draws_of_a_named_law() {
     // The deviation of beta(9, 6) is 0.1225: of the mean of 4000, 0.0019.
     assert!(all.len() == 4000 && (mean - 0.6).abs() < 0.008, "{mean}");
 }
+
+const MEASURED: &str = "program Measured {
+    variables { Tau, Mu, Y[1..=5], Next : real; }
+    decomposition { P(Tau) P(Mu | Tau) prod(i) { P(Y[i] | Mu Tau) } P(Next | Mu Tau) }
+    forms {
+        P(Tau) = gamma(2, 3); P(Mu | Tau) = normal(1, 1 / sqrt(0.5 * Tau));
+        P(Y[i] | Mu Tau) = normal(Mu, sqrt(1 / Tau)); P(Next | Mu Tau) = normal(Mu, 1 / sqrt(Tau));
+    }
+}";
+
+/// The normal–gamma prior in its textbook form (DeGroot 1970, section 9.6), in 40 digits; ln P also by quadrature over τ (mpmath).
+#[test]
+fn a_mean_and_a_precision_have_a_closed_form() {
+    let measured = program(MEASURED);
+    let known = "Y[1] = 1.2, Y[2] = 0.7, Y[3] = 2.9, Y[4] = 1.4, Y[5] = 3.3";
+    let ask = |question: &str| measured.ask(&format!("{question} | {known})")).unwrap();
+    let tau = ask("P(Tau");
+    assert_eq!((tau.strategy().name(), tau.warning()), ("conjugate", None));
+    near(tau.mean().unwrap(), 0.782_052_294_810_016_6);
+    near(tau.variance().unwrap(), 0.135_912_398_181_691_8);
+    near(tau.ln_evidence().unwrap(), -9.017_278_943_550_782);
+    let mean = ask("P(Mu");
+    assert!(mean.to_string().contains("student_t(9, "), "{mean}");
+    near(mean.mean().unwrap(), 1.0 + 9.0 / 11.0);
+    near(mean.variance().unwrap(), 0.298_913_813_459_268);
+    near(ask("P(Mu > 2").p(true).unwrap(), 0.357_424_904_645_219_2);
+    near(ask("P(Next").variance().unwrap(), 1.942_939_787_485_242);
+    // Draws of the program agree within four standard errors.
+    let drawn = measured.by("weighting").unwrap().ask(&format!("P(Mu | {known})")).unwrap();
+    let [found, error] = drawn.mean_and_error().unwrap();
+    assert!((found - 20.0 / 11.0).abs() < 4.0 * error, "{found} ± {error}");
+}
+
+/// A regression with known coefficients of the prior and an unknown precision, by matrix algebra in 40 digits (mpmath).
+#[test]
+fn a_regression_with_unknown_noise_has_a_closed_form() {
+    let line = program(
+        "program Line {
+            parameters { x[0..=3] : real = [0, 1, 2, 3]; }
+            variables { Tau, A, B, Y[0..=3] : real; }
+            decomposition { P(Tau) P(A | Tau) P(B | Tau) prod(i) { P(Y[i] | A B Tau) } }
+            forms {
+                P(Tau) = exponential(0.5); P(A | Tau) = normal(0, 2 * pow(Tau, -0.5)); P(B | Tau) = normal(1, 3 / sqrt(Tau));
+                P(Y[i] | A B Tau) = normal(A * x[i] + B, 1 / sqrt(Tau));
+            }
+        }",
+    );
+    let known = "Y[0] = 1.1, Y[1] = 2.9, Y[2] = 5.2, Y[3] = 6.8";
+    let both = line.ask(&format!("P(A, B | {known})")).unwrap();
+    assert_eq!(both.strategy().name(), "conjugate");
+    near(both.of("A").unwrap().mean().unwrap(), 1.854_366_543_665_436_7);
+    near(both.of("B").unwrap().mean().unwrap(), 1.212_546_125_461_254_6);
+    near(both.covariance("A", "B").unwrap(), -0.131_744_938_113_587_78);
+    near(both.ln_evidence().unwrap(), -7.001_256_796_796_45);
+    near(line.ask(&format!("P(Tau | {known})")).unwrap().mean().unwrap(), 3.024_966_203_227_127);
+    // Precise measurements in a coarse unit: Q is 10⁻¹⁰ of what it is in the other.
+    let tiny = program(
+        "program Tiny { variables { Tau, Y[1..=3] : real; } decomposition { P(Tau) prod(i) { P(Y[i] | Tau) } }
+         forms { P(Tau) = gamma(1, 1e-10); P(Y[i] | Tau) = normal(0, 1 / sqrt(Tau)); } }",
+    );
+    // a′ = 1 + 3/2, b′ = 10⁻¹⁰ (1 + (1 + 4 + 9)/2).
+    let tau = tiny.ask("P(Tau | Y[1] = 1e-5, Y[2] = 2e-5, Y[3] = -3e-5)").unwrap();
+    near(tau.mean().unwrap() / 1e10, 2.5 / 8.0);
+    let wrong = "program Wrong { variables { Tau, M, Y : real; } decomposition { P(Tau) P(M) P(Y | M Tau) }
+        forms { P(Tau) = gamma(2, 3); P(M) = normal(0, 1); P(Y | M Tau) = normal(M, 1 / sqrt(Tau)); } }";
+    let error = program(wrong).by("conjugate").unwrap().ask("P(Tau | Y = 1)").unwrap_err().to_string();
+    assert!(
+        error
+            .contains("`P(M)` is not normal with a standard deviation that is a number over the square root"),
+        "{error}"
+    );
+}

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 /// Estimate the orientation of a head from an inertial sensor.
 #[derive(Args)]
 #[command(
-    after_help = "Examples:\n  bvm balance --imu imu.csv --out orientation.csv\n  bvm balance --imu V1_01_easy/mav0/imu0/data.csv --out o.csv --plot o.png\n  bvm balance --imu phone.csv --rate-unit deg/s --acceleration-unit g --out o.csv\n\n\
+    after_help = "Examples:\n  bvm balance --imu imu.csv --out orientation.csv\n  bvm balance --imu V1_01_easy/mav0/imu0/data.csv --out o.csv --plot o.png\n  bvm balance --imu phone.csv --rate-unit deg/s --acceleration-unit g\n\n\
 Columns go by the header: t_s, gx, gy, gz (rad/s), ax, ay, az (m/s2), EuRoC's\n\
 names, or others with units such as `gyro_x [deg/s]`. Quaternions are w first,\n\
 sensor to world, z up. The heading is that of the start, --initial-heading:\n\

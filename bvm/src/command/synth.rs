@@ -19,7 +19,7 @@ const MOST_SAMPLES: usize = 115_200_000;
 /// Make a binaural test sound.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  bvm synth --sphere --source speech.wav --azimuth 30 --out left.wav\n  \
-bvm synth --calibration head.json --source speech.wav --azimuth -60 --snr 10 --out noisy.wav\n  \
+bvm synth --calibration h.json --source a.wav --azimuth 60 --snr 9 --out b.wav\n  \
 bvm synth --sphere --source speech.wav --path path.csv --out moving.wav\n\n\
 The path is CSV with the columns time_s, azimuth_deg, elevation_deg and\n\
 distance_m; between its rows they change evenly. Azimuth is positive to the\n\

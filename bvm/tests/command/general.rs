@@ -297,9 +297,12 @@ fn wrong_usage_is_code_2() {
 
 #[test]
 fn help_is_at_most_80_columns_wide() {
-    for command in [&[][..], &["explore"], &["look"], &["replay"], &["calibrate"], &["calibrate", "vision"]] {
+    let commands =
+        ["explore", "look", "replay", "calibrate", "listen", "balance", "synth"].map(|name| vec![name]);
+    let others = [vec![], vec!["calibrate", "vision"], vec!["calibrate", "audition"]];
+    for command in commands.iter().chain(&others) {
         for flag in ["-h", "--help"] {
-            let output = succeeds(&[command, &[flag]].concat());
+            let output = succeeds(&[command.as_slice(), &[flag]].concat());
             let page = String::from_utf8(output.stdout).unwrap();
             let long = page.lines().find(|line| line.chars().count() > 80);
             assert!(page.contains("Usage:") && long.is_none(), "{command:?} {flag}: {long:?}");

@@ -82,7 +82,7 @@ fn lowered(mut lowering: Lowering<'_>) -> Result<Lowered, Error> {
         lowering.take_all();
     }
     let kernel = share_between_neighbours(without_copies(lowering.finish()));
-    Ok(Lowered { kernel: if cfg!(debug_assertions) { kernel.validated() } else { kernel }, outputs })
+    Ok(Lowered { kernel: kernel.validated(), outputs })
 }
 
 /// The meaning of a variable in the loop under construction.

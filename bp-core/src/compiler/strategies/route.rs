@@ -3,7 +3,7 @@
 //! In: an offer. Out: a [`Route`], which plans keep and tests inspect. Invariant: work on a route is done by its
 //! strategy; there is no other `match` over all routes.
 
-use super::conjugate::Conjugate;
+use super::conjugate::{Conjugate, Precision};
 use super::gaussian::Gaussian;
 use super::join_tree::JoinTree;
 use super::mixture::Mixture;
@@ -23,6 +23,8 @@ pub enum Route {
     Gaussian(Gaussian),
     /// Named posteriors of conjugate priors.
     Conjugate(Conjugate),
+    /// A precision with a conjugate prior, and what is linear and Gaussian given it.
+    Precision(Precision),
     /// A mixture of normal distributions.
     Mixture(Mixture),
     /// Estimates from draws, where there is no exact route.
@@ -39,6 +41,7 @@ impl Route {
             Route::Tree(tree) => tree,
             Route::Gaussian(gaussian) => gaussian,
             Route::Conjugate(conjugate) => conjugate,
+            Route::Precision(precision) => precision,
             Route::Mixture(mixture) => mixture,
             Route::Sampled(sampled) => sampled,
             Route::OverTime(over_time) => over_time,

@@ -6,6 +6,8 @@
 //! unknowns are independent of each other, and an observation is two numbers added to the parameters of one of them.
 //!
 //! beta(a, b) with s successes among n trials: beta(a + s, b + n − s), P = B(a + s, b + n − s) / B(a, b).
+//! A precision with a gamma prior, beside reals that are linear and Gaussian given it, is in `precision`.
+//!
 //! gamma(k, r) with n events in a time t: gamma(k + n, r + t), P = Γ(k + n) rᵏ / (Γ(k) (r + t)^(k + n)).
 //! dirichlet(a) with counts n: dirichlet(a + n), P = B(a + n) / B(a), B(a) = Π Γ(aᵢ) / Γ(Σ aᵢ).
 
@@ -13,8 +15,10 @@ mod answer;
 mod likelihood;
 mod marginal;
 mod offer;
+mod precision;
 mod unknown;
 
 pub(crate) use marginal::Marginal;
 pub use offer::Conjugate;
 pub(crate) use offer::{Engine, marginalised};
+pub use precision::Precision;

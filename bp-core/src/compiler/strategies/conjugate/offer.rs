@@ -4,6 +4,7 @@
 //! with a conjugate prior, or a finite one that is predicted alone.
 
 use super::likelihood::{Kind, is_conjugate};
+use super::precision;
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
@@ -32,7 +33,16 @@ pub(crate) struct Engine;
 
 impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
-        offer(model, asks).map(Route::Conjugate).map_err(|why| refused(model, asks, &why))
+        let why = match offer(model, asks) {
+            Ok(conjugate) => return Ok(Route::Conjugate(conjugate)),
+            Err(why) => why,
+        };
+        let now = model.plate.is_none() && !asks[0].when.is_over_time();
+        match now.then(|| precision::offer(model, asks)).flatten() {
+            Some(Ok(precision)) => Ok(Route::Precision(precision)),
+            Some(Err(why)) => Err(refused(model, asks, &why)),
+            None => Err(refused(model, asks, &why)),
+        }
     }
 }
 

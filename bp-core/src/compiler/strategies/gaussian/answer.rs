@@ -120,6 +120,27 @@ impl Prepared for Gaussian {
     }
 }
 
+/// The observed slots and their values.
+fn observed(setting: &Setting<'_>, gaussian: &Gaussian, evidence: &Observations) -> Vec<(usize, f64)> {
+    let plate = setting.model.plate_index();
+    let known = gaussian.asks[0].known.iter().filter(|known| Some(known.variable) != plate);
+    let slots = known.flat_map(|known| setting.slots_of(known.variable));
+    slots.map(|slot| (slot, evidence.values[slot])).filter(|(_, value)| !value.is_nan()).collect()
+}
+
+/// The laws of the asks, given what is observed.
+///
+/// # Errors
+/// As the strategy.
+pub(crate) fn conditioned(setting: &Setting<'_>, gaussian: &Gaussian) -> Result<Conditioned, Error> {
+    let evidence = Observations::of(setting, &gaussian.asks[0])?;
+    let observed = observed(setting, gaussian, &evidence);
+    match gaussian.carried.is_empty() && gaussian.initial.is_empty() {
+        true => condition(setting, gaussian, &observed),
+        false => at_rest(setting, gaussian, &observed),
+    }
+}
+
 fn answers(
     model: &Model,
     gaussian: &Gaussian,
@@ -128,14 +149,8 @@ fn answers(
 ) -> Result<Vec<(Answer, NormalLaw)>, Error> {
     let setting = Setting::new(model, inputs)?;
     let evidence = Observations::of(&setting, &gaussian.asks[0])?;
-    let known = gaussian.asks[0].known.iter().filter(|known| Some(known.variable) != model.plate_index());
-    let slots = known.flat_map(|known| setting.slots_of(known.variable));
-    let observed = slots.filter(|slot| !evidence.values[*slot].is_nan());
-    let observed: Vec<(usize, f64)> = observed.map(|slot| (slot, evidence.values[slot])).collect();
-    let Conditioned { laws, ln_evidence } = match gaussian.carried.is_empty() && gaussian.initial.is_empty() {
-        true => condition(&setting, gaussian, &observed)?,
-        false => at_rest(&setting, gaussian, &observed)?,
-    };
+    let observed = observed(&setting, gaussian, &evidence);
+    let Conditioned { laws, ln_evidence } = conditioned(&setting, gaussian)?;
     let is_finite = |law: &NormalLaw| {
         (0..law.len()).all(|row| law.mean(row).is_finite() && law.deviation(row).is_finite())
     };

@@ -15,13 +15,14 @@ mod predicate;
 mod slots;
 mod smooth;
 
-pub(crate) use answer::{Named, divergences, part, rows, whether};
+pub(crate) use answer::{Named, conditioned, divergences, part, rows, whether};
 pub(crate) use equations::Slots;
 pub(crate) use extended::{Extended, is_normal, not_linearised};
 pub use filter::{Belief, Filter};
+pub(crate) use frontier::Conditioned;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::{Engine, ExtendedEngine};
 pub use offer::{Gaussian, LinearEquation, Noise};
-pub(crate) use offer::{applies, is_linear, relevant};
+pub(crate) use offer::{applies, is_linear, offer, relevant};
 pub(crate) use predicate::{by_intervals, of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

@@ -194,7 +194,8 @@ pub(super) fn degree(model: &Model, id: ExpressionId, elements: bool) -> Option<
     model.degree(id, &|_| true).filter(|_| known)
 }
 
-fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
+/// The offer for asks whose variables are linear and Gaussian.
+pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut sources: Vec<LinearEquation> = Vec::new();
     let relevant = relevant(model, &asks);
     let mut rest: Vec<FactorId> = model.factors.ids().collect();
