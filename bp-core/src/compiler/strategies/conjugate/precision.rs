@@ -82,7 +82,7 @@ fn offer_given(model: &Model, asks: &[Ask], unknown: VariableId) -> Result<Gauss
         if matches!(ask.statistic, Statistic::Draw(_)) && count > 1 {
             return Err("of reals that depend on each other one is drawn at a time".to_owned());
         }
-        if ask.searched.iter().any(|item| item.at.is_some()) {
+        if ask.searched.iter().any(|item| item.at.is_some() && !model.is_predicate(item.variable)) {
             return Err(format!("it does not give densities at values: ask for `P({tau} | …)`"));
         }
         if ask.known.iter().any(|known| !matches!(known.evidence, Finding::Hard(_) | Finding::Each)) {
