@@ -118,7 +118,7 @@ fn put_through(text: &str) -> (bool, bool) {
         let Ok(plan) = plan_for_answer(&model, question, Options::default()) else { continue };
         let cheap = plan.routes.iter().all(|route| match route {
             Route::Exact(exact) => exact.cost <= MOST_VALUES,
-            Route::Tree(_) | Route::Gaussian(_) | Route::Conjugate(_) => true,
+            Route::Tree(_) | Route::Gaussian(_) | Route::Conjugate(_) | Route::Precision(_) => true,
             Route::Mixture(mixture) => mixture.components <= MOST_VALUES,
             // A hundred thousand draws of each mutant would take too long.
             Route::Sampled(_) | Route::OverTime(_) => false,
