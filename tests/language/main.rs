@@ -6,4 +6,3 @@
 mod errors;
 mod fuzz;
 mod gallery;
-mod reference;

@@ -1,6 +1,6 @@
 //! The pages: every program in them compiles, every mistake in them gives the stated message, and links have targets.
 //!
-//! In: `README.md` and `docs/*.md`. Out: pass or fail. Blocks marked `bp` must compile, print to text with the same
+//! In: `README.md`, `docs/*.md` and `docs/reference/*.md`. Out: pass or fail. Blocks marked `bp` must compile, print to text with the same
 //! meaning, and have an answer to each question; those marked `bp-unanswered` have none. Blocks marked `bp-error` must
 //! not compile: their first line is `// ` and the message. Invariant: the pages describe the current language.
 
@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 /// A page's path from the root, and its text.
 fn pages() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let entries = std::fs::read_dir(root.join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    let entries = ["docs", "docs/reference"]
+        .into_iter()
+        .flat_map(|folder| std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path()));
     let mut paths: Vec<_> =
         entries.filter(|path| path.extension().is_some_and(|found| found == "md")).collect();
     paths.push(root.join("README.md"));

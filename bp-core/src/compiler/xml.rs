@@ -22,9 +22,42 @@ pub fn escaped(text: &str) -> String {
     escaped
 }
 
+/// Markup in pieces: split at the blanks outside elements, where a line may be broken.
+pub fn pieces(markup: &str) -> Vec<String> {
+    let (mut pieces, mut piece, mut depth) = (Vec::new(), String::new(), 0);
+    let mut rest = markup;
+    while let Some(character) = rest.chars().next() {
+        let length = match character {
+            '<' => rest.find('>').map_or(rest.len(), |end| end + 1),
+            _ => character.len_utf8(),
+        };
+        let (token, after) = rest.split_at(length);
+        match token {
+            " " if depth == 0 => pieces.push(std::mem::take(&mut piece)),
+            _ => piece.push_str(token),
+        }
+        if token.starts_with("</") {
+            depth -= 1;
+        } else if token.starts_with('<') && !token.ends_with("/>") {
+            depth += 1;
+        }
+        rest = after;
+    }
+    pieces.push(piece);
+    pieces.retain(|piece| !piece.is_empty());
+    pieces
+}
+
 #[cfg(test)]
 mod tests {
-    use super::escaped;
+    use super::{escaped, pieces};
+
+    #[test]
+    fn a_line_breaks_at_blanks_outside_elements_only() {
+        let line = pieces("<mi>P</mi><mo>=</mo> <mrow><mi>a</mi> <mtext>b c</mtext></mrow> <mi>d</mi>");
+        let expected = ["<mi>P</mi><mo>=</mo>", "<mrow><mi>a</mi> <mtext>b c</mtext></mrow>", "<mi>d</mi>"];
+        assert_eq!(line, expected);
+    }
 
     #[test]
     fn markup_becomes_text() {

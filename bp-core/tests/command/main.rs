@@ -11,5 +11,7 @@ mod learn;
 mod lsp;
 mod mistakes;
 mod networks;
+mod plots;
 mod rows;
+mod start;
 mod streams;

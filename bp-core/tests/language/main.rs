@@ -13,10 +13,13 @@ mod forms;
 mod functions;
 mod gallery_page;
 mod lists;
+mod overflow;
 mod pages;
 mod posteriors;
+mod print;
 mod quantiles;
 mod questions;
+mod reference;
 mod rewrites;
 mod subroutines;
 #[path = "../support/mod.rs"]

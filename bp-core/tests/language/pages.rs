@@ -7,19 +7,34 @@ use roxmltree::{Document, ParsingOptions};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-fn bp(arguments: &[&str]) -> String {
+pub(crate) fn bp(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_bp")).args(arguments).current_dir(root()).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
+/// The programs of the tests, of the gallery and of the map, from the root.
+pub(crate) fn programs() -> Vec<String> {
+    let mut found = Vec::new();
+    for folder in ["tests/programs", "examples", "bvm/models"] {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+            let name = entry.unwrap().file_name().to_string_lossy().into_owned();
+            if name.ends_with(".bp") {
+                found.push(format!("{folder}/{name}"));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
 /// Compares a text with its golden page.
 #[track_caller]
-fn golden(name: &str, found: &str) {
+pub(crate) fn golden(name: &str, found: &str) {
     let path = root().join("bp-core/tests/pages").join(name);
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(&path, found).unwrap();
@@ -28,13 +43,13 @@ fn golden(name: &str, found: &str) {
     assert!(found == expected, "{} has changed; BLESS=1 writes it anew\n{found}", path.display());
 }
 
-fn parsed(xml: &str) -> Document<'_> {
+pub(crate) fn parsed(xml: &str) -> Document<'_> {
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     Document::parse_with_options(xml, options).unwrap_or_else(|error| panic!("{error}\n{xml}"))
 }
 
 /// The number of elements of a name.
-fn count(document: &Document<'_>, name: &str) -> usize {
+pub(crate) fn count(document: &Document<'_>, name: &str) -> usize {
     document.descendants().filter(|node| node.tag_name().name() == name).count()
 }
 

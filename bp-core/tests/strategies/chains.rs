@@ -227,8 +227,11 @@ fn impossible_observations_are_reported() {
     let made = plan(&two, &question(&two, "smooth P(Rain | Umbrella)"), Options::default()).unwrap();
     let lines = made.derivation(&two, Notation::Unicode);
     assert!(lines[0].1.contains("finite"), "{lines:?}");
-    let product = "P(Rain | Rain⁻¹) P(Umbrella | Rain) P(Rain⁻¹ | past)";
+    let product = "P(Rain | Rain⁻¹) P(Umbrella | Rain) α(Rain⁻¹)";
     assert!(lines[0].2.contains(product), "{lines:?}");
+    let [backward, both] =
+        ["β(Rain⁻¹) ∝ Σ_Rain P(Rain | Rain⁻¹) P(Umbrella | Rain) β(Rain)", "α(Rain) β(Rain)"];
+    assert!(lines[1].2 == backward && lines[2].2.ends_with(both), "{lines:?}");
 }
 
 #[test]

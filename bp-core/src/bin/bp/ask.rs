@@ -8,7 +8,7 @@ use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::planning::Inference;
 use crate::rows::{self, RowTables};
-use crate::{cases, over_time, program};
+use crate::{cases, over_time, plot, program};
 use bp_core::compiler::answer::{
     Answer, CompiledQuestion, OtherColumns, Table, compile_by, compile_sized, filled, open,
 };
@@ -38,6 +38,7 @@ Examples:
   bp ask wet_grass.bp rain --data lawns.csv    an answer for each row
   bp ask line.bp 'P(A, B)' --rows points.csv   all rows are evidence
   bp ask line.bp --rows points.csv --fill filled.csv
+  bp ask wet_grass.bp rain --plot rain.png     a picture too
 
 --set gives a value to a parameter (a number, or several separated by commas), to
 the size of a set, or to a variable that the question leaves open, named by its
@@ -91,6 +92,9 @@ pub(crate) struct Arguments {
     /// Show all rows of large tables.
     #[arg(long)]
     all: bool,
+    /// Draw the answers too: bars, densities, courses over time, heat maps; PNG or SVG by the extension.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["table", "fill"])]
+    plot: Option<PathBuf>,
 }
 
 /// A setting, `NAME=VALUE`.
@@ -143,6 +147,15 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let by = (sampling, options);
         let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
         let how = (arguments.json, arguments.all);
+        if let Some(path) = &arguments.plot {
+            let drawn: Vec<Answer> = sequences
+                .iter()
+                .filter_map(|(_, answers)| answers.as_ref().ok())
+                .flatten()
+                .cloned()
+                .collect();
+            plot::answers(&model, &drawn, path, out)?;
+        }
         return write_sequences(&sequences, arguments.sequence.as_deref(), how, out);
     }
     if let (Some(question), true) =
@@ -155,6 +168,11 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?;
         let cases = cases::answers(&model, &questions, &table, &settings, (sampling, options))?;
+        if let Some(path) = &arguments.plot {
+            let drawn: Vec<Answer> =
+                cases.iter().filter_map(|(_, answers)| answers.as_ref().ok()).flatten().cloned().collect();
+            plot::answers(&model, &drawn, path, out)?;
+        }
         return write_cases(&cases, (arguments.json, arguments.all), out);
     }
     let inputs = settings.inputs();
@@ -171,6 +189,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         if progress::is_stopped() {
             break;
         }
+    }
+    if let Some(path) = &arguments.plot {
+        plot::answers(&model, &answers, path, out)?;
     }
     if arguments.json {
         return write_json(&one_or_several(&answers), out);

@@ -33,6 +33,7 @@ Examples:
   bp explain wet_grass.bp --html --out wet_grass.html
   bp explain line.bp 'P(A)' --rows points.csv     (as bp ask answers it of these rows)
   bp explain cell.bp step --layout                (memory layout of the loops)
+  bp explain wet_grass.bp rain --forms            (0.3 in place of P(Rain = true))
   bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
   bp explain cell.bp --latex --standalone --out cell.tex")]
 pub(crate) struct Arguments {
@@ -56,7 +57,10 @@ pub(crate) struct Arguments {
     /// With --rows: set a size or a parameter; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, requires = "rows", allow_hyphen_values = true)]
     settings: Vec<String>,
-    /// Write an `align*` environment for LaTeX.
+    /// Show the forms too: the equation that is computed with the form of each factor in its place, and each form.
+    #[arg(long)]
+    forms: bool,
+    /// Write paragraphs for LaTeX, whose lines TeX breaks; they need amsmath.
     #[arg(long, conflicts_with_all = ["json", "html"])]
     latex: bool,
     /// With --latex: write a complete document.
@@ -88,7 +92,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let mut page = Vec::new();
     if arguments.html {
         let plans = questions.iter().map(|one| plan(&model, one, options));
-        html::write(&model, &source.text, &plans.collect::<Result<Vec<_>, Error>>()?, &mut page)?;
+        let plans = plans.collect::<Result<Vec<_>, Error>>()?;
+        html::write(&model, &source.text, &plans, arguments.forms, &mut page)?;
         return output::write(arguments.out.as_deref(), &page, out);
     }
     let settings = (!rows.is_empty()).then(|| sized(&model, &arguments.settings, &rows)).transpose()?;
@@ -98,16 +103,16 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     };
     let plans: Vec<Planned<'_>> = questions.iter().map(planned).collect::<Result<_, Error>>()?;
     if arguments.json {
-        write_json(&plans, arguments.layout, &mut page)?;
+        write_json(&plans, arguments.layout, arguments.forms, &mut page)?;
     } else if arguments.latex {
-        write_latex(&model, &plans, arguments.standalone, &mut page)?;
+        write_latex(&model, &plans, arguments.standalone, arguments.forms, &mut page)?;
     } else {
         let bold = arguments.out.is_none() && colour(&std::io::stdout());
         for (position, (model, plan)) in plans.iter().enumerate() {
             if position > 0 {
                 writeln!(page)?;
             }
-            write_text(model, plan, bold, &mut page)?;
+            write_text(model, plan, bold, arguments.forms, &mut page)?;
             if arguments.layout {
                 for line in layout(model, plan)? {
                     write!(page, "{}", wrap::wrapped("layout: ", &line, 4))?;
@@ -154,6 +159,20 @@ pub(crate) fn asked(model: &Model, question: &Question) -> String {
     question.asks.iter().map(|ask| model.ask_text(ask)).collect::<Vec<_>>().join("; ")
 }
 
+/// The steps of a derivation, and the forms if they are wanted.
+pub(crate) fn derived(
+    model: &Model,
+    plan: &Plan,
+    forms: bool,
+    notation: Notation,
+) -> Vec<(String, String, String)> {
+    let mut steps = plan.derivation(model, notation);
+    if forms {
+        steps.extend(plan.forms(model, notation));
+    }
+    steps
+}
+
 /// The routes of a plan, each once.
 pub(crate) fn routes(plan: &Plan) -> String {
     let mut reasons: Vec<_> = plan.routes.iter().map(|route| route.reason()).collect();
@@ -161,11 +180,19 @@ pub(crate) fn routes(plan: &Plan) -> String {
     reasons.join("; ")
 }
 
-fn write_text(model: &Model, plan: &Plan, bold: bool, out: &mut impl Write) -> std::io::Result<()> {
+fn write_text(
+    model: &Model,
+    plan: &Plan,
+    bold: bool,
+    forms: bool,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let (bold, plain) = if bold { ("\x1b[1m", "\x1b[0m") } else { ("", "") };
     let title = format!("program {}: {}", model.name, asked(model, &plan.question));
     write!(out, "{}", wrap::wrapped("", &title, 4))?;
-    for (position, (rule, reason, equation)) in plan.derivation(model, Notation::Unicode).iter().enumerate() {
+    for (position, (rule, reason, equation)) in
+        derived(model, plan, forms, Notation::Unicode).iter().enumerate()
+    {
         let number = position + 1;
         writeln!(out, "\n{number:>2}. {bold}{rule}{plain}")?;
         write!(out, "{}", wrap::wrapped("    ", reason, 4))?;
@@ -209,6 +236,7 @@ fn write_latex(
     model: &Model,
     plans: &[Planned<'_>],
     standalone: bool,
+    forms: bool,
     out: &mut impl Write,
 ) -> std::io::Result<()> {
     if standalone {
@@ -222,7 +250,7 @@ fn write_latex(
             false if position > 0 => writeln!(out)?,
             false => {}
         }
-        latex::write(model, plan, &asked, out)?;
+        latex::write(model, plan, &asked, forms, out)?;
         if standalone {
             latex::paragraph(&format!("Route: {}", routes(plan)), out)?;
             for Marked { product, mark, reason } in plan.marks(model, Notation::Latex) {
@@ -235,8 +263,13 @@ fn write_latex(
     if standalone { latex::close(out) } else { Ok(()) }
 }
 
-fn write_json(plans: &[Planned<'_>], with_layout: bool, out: &mut impl Write) -> Result<(), Failure> {
-    let mut documents: Vec<_> = plans.iter().map(|(model, plan)| as_json(model, plan)).collect();
+fn write_json(
+    plans: &[Planned<'_>],
+    with_layout: bool,
+    forms: bool,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let mut documents: Vec<_> = plans.iter().map(|(model, plan)| as_json(model, plan, forms)).collect();
     if with_layout {
         for (document, (model, plan)) in documents.iter_mut().zip(plans) {
             document["layout"] = json!(layout(model, plan)?);
@@ -249,10 +282,10 @@ fn write_json(plans: &[Planned<'_>], with_layout: bool, out: &mut impl Write) ->
     Ok(writeln!(out, "{text}")?)
 }
 
-fn as_json(model: &Model, plan: &Plan) -> serde_json::Value {
-    let steps: Vec<_> = (plan.derivation(model, Notation::Unicode).into_iter())
-        .zip(plan.derivation(model, Notation::Latex))
-        .zip(plan.derivation(model, Notation::MathMl))
+fn as_json(model: &Model, plan: &Plan, forms: bool) -> serde_json::Value {
+    let steps: Vec<_> = (derived(model, plan, forms, Notation::Unicode).into_iter())
+        .zip(derived(model, plan, forms, Notation::Latex))
+        .zip(derived(model, plan, forms, Notation::MathMl))
         .map(|(((rule, reason, equation), (_, _, latex)), (_, _, mathml))| {
             json!({ "rule": rule, "reason": reason, "equation": equation, "latex": latex, "mathml": mathml })
         })

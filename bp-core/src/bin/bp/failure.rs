@@ -5,6 +5,7 @@
 
 use bp_core::compiler::diagnostic::Diagnostics;
 use bp_core::compiler::error::Error;
+use bp_core::compiler::reference::about;
 use bp_core::compiler::source::Source;
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
@@ -27,8 +28,8 @@ impl Failure {
     /// Prints it on stderr.
     pub(crate) fn report(self) -> ExitCode {
         let words = match self {
-            Failure::Wrong(wrong, source) => wrong.render(&source, colour(&std::io::stderr())),
-            Failure::Data(Error::Program { text, wrong }) => wrong.render(&text, colour(&std::io::stderr())),
+            Failure::Wrong(wrong, source) => explained(&wrong, &source),
+            Failure::Data(Error::Program { text, wrong }) => explained(&wrong, &text),
             Failure::Data(error) => format!("error: {error}\n"),
             Failure::Words(words) => format!("error: {words}\n"),
             Failure::Reported => String::new(),
@@ -39,6 +40,15 @@ impl Failure {
         let _ = std::io::stderr().write_all(words.as_bytes());
         ExitCode::FAILURE
     }
+}
+
+/// Diagnostics, with the entries of the reference that explain them.
+fn explained(wrong: &Diagnostics, source: &Source) -> String {
+    let mut words = wrong.render(source, colour(&std::io::stderr()));
+    let mut entries: Vec<String> = wrong.iter().filter_map(|one| about(&one.message)).collect();
+    entries.dedup();
+    entries.iter().for_each(|entry| words.push_str(&format!("see: bp reference {entry}\n")));
+    words
 }
 
 impl From<Error> for Failure {

@@ -6,19 +6,25 @@
 //! Mathematics is MathML Core, which browsers render. A line of it is split at the blanks of the notation, and each
 //! piece is a `math` element, so that a long equation breaks like text.
 
-use crate::explain::{asked, routes};
+use crate::explain::{asked, derived, routes};
 use crate::{cost, highlight, parameters};
 use bp_core::compiler::draw::graph;
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::plan::{Marked, Notation, Plan};
-use bp_core::compiler::xml::escaped;
+use bp_core::compiler::xml::{escaped, pieces};
 use std::io::{Result, Write};
 
 /// The style sheet.
 const STYLE: &str = include_str!("page.css");
 
 /// Writes the page.
-pub(crate) fn write(model: &Model, text: &str, plans: &[Plan], out: &mut impl Write) -> Result<()> {
+pub(crate) fn write(
+    model: &Model,
+    text: &str,
+    plans: &[Plan],
+    forms: bool,
+    out: &mut impl Write,
+) -> Result<()> {
     let name = escaped(&model.name);
     writeln!(out, "<!DOCTYPE html>")?;
     writeln!(out, "<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">")?;
@@ -36,12 +42,12 @@ pub(crate) fn write(model: &Model, text: &str, plans: &[Plan], out: &mut impl Wr
     writeln!(out, "<h2>The program</h2>\n<pre>{}</pre>", highlight::highlighted(text.trim()))?;
     writeln!(out, "<p>{}.</p>", prose(&sentence(&parameters::in_words(model))))?;
     for plan in plans {
-        answer(model, plan, plans.len() == 1, out)?;
+        answer(model, plan, plans.len() == 1, forms, out)?;
     }
     writeln!(out, "</main></body>\n</html>")
 }
 
-fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Result<()> {
+fn answer(model: &Model, plan: &Plan, alone: bool, forms: bool, out: &mut impl Write) -> Result<()> {
     let name = match plan.question.name.as_str() {
         "" => String::new(),
         name => format!("{}: ", escaped(name)),
@@ -49,7 +55,7 @@ fn answer(model: &Model, plan: &Plan, alone: bool, out: &mut impl Write) -> Resu
     writeln!(out, "<section>\n<h2>{name}<code>{}</code></h2>", escaped(&asked(model, &plan.question)))?;
     figure(model, Some(&plan.question), out)?;
     writeln!(out, "<h3>{}</h3>\n<ol>", if alone { "The derivation" } else { "Its derivation" })?;
-    for (rule, reason, equation) in plan.derivation(model, Notation::MathMl) {
+    for (rule, reason, equation) in derived(model, plan, forms, Notation::MathMl) {
         writeln!(
             out,
             "<li><p><span class=\"rule\">{}.</span> {}.</p>\n{}</li>",
@@ -117,28 +123,9 @@ fn figure(model: &Model, question: Option<&Question>, out: &mut impl Write) -> R
 
 /// A line of mathematics in pieces, between which it can break.
 fn mathematics(equation: &str) -> String {
-    let (mut pieces, mut piece, mut depth) = (Vec::new(), String::new(), 0);
-    let mut rest = equation;
-    while let Some(character) = rest.chars().next() {
-        let length = match character {
-            '<' => rest.find('>').map_or(rest.len(), |end| end + 1),
-            _ => character.len_utf8(),
-        };
-        let (token, after) = rest.split_at(length);
-        match token {
-            " " if depth == 0 => pieces.push(std::mem::take(&mut piece)),
-            _ => piece.push_str(token),
-        }
-        if token.starts_with("</") {
-            depth -= 1;
-        } else if token.starts_with('<') && !token.ends_with("/>") {
-            depth += 1;
-        }
-        rest = after;
-    }
-    pieces.push(piece);
-    let pieces = pieces.iter().filter(|piece| !piece.is_empty());
-    let pieces: Vec<_> = pieces.map(|piece| format!("<math displaystyle=\"true\">{piece}</math>")).collect();
+    let pieces = pieces(equation);
+    let pieces: Vec<_> =
+        pieces.iter().map(|piece| format!("<math displaystyle=\"true\">{piece}</math>")).collect();
     format!("<div class=\"equation\">{}</div>", pieces.join(" "))
 }
 
@@ -157,18 +144,5 @@ fn sentence(text: &str) -> String {
     match characters.next() {
         Some(first) => first.to_uppercase().chain(characters).collect(),
         None => String::new(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_breaks_at_blanks_outside_elements_only() {
-        let line = mathematics("<mi>P</mi><mo>=</mo> <mrow><mi>a</mi> <mtext>b c</mtext></mrow> <mi>d</mi>");
-        let pieces: Vec<_> = line.matches("<math ").collect();
-        assert_eq!(pieces.len(), 3, "{line}");
-        assert!(line.contains("<mrow><mi>a</mi> <mtext>b c</mtext></mrow></math> <math"), "{line}");
     }
 }

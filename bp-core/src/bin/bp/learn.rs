@@ -7,7 +7,7 @@ use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
 use crate::numbers::six_digits;
 use crate::wrap::{WIDTH, filled, wrapped};
-use crate::{output, program, rows};
+use crate::{output, plot, program, rows};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::files;
 use bp_core::compiler::learn::{Columns, Learned, Learner, Report, Settings, sizes};
@@ -28,6 +28,7 @@ Examples:
   bp learn asia.bp --data records.csv --ignore id --weight count --json
   bp learn binaural.bp --data recordings.csv --hidden O --out calibrated.bp
   bp learn weather.bp --data days.csv --sequence station --out learned.bp
+  bp learn normal.bp --data lengths.csv --plot normal.png
 
 The first row of the data names the columns: one for each variable, `L[0]`,
 `L[1]`, … for the elements of a family, and the index of a program that is
@@ -74,6 +75,9 @@ pub(crate) struct Arguments {
     /// Write the learned program to this file; by default only the report is printed.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Draw the learning curve, and the learned densities over histograms of the data; PNG or SVG by the extension.
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
@@ -114,10 +118,10 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let given = Given::read(&model, &arguments.settings, &names(&model))?
         .with_rows(&rows)
         .with_inferred_sizes(&model);
-    let learner = match &arguments.data {
-        Some(data) => {
-            let table = data::open(data, &arguments.separator)?;
-            let given = sizes(&model, &table, given.inputs())?;
+    let table = arguments.data.as_ref().map(|data| data::open(data, &arguments.separator)).transpose()?;
+    let learner = match &table {
+        Some(table) => {
+            let given = sizes(&model, table, given.inputs())?;
             let mut learner = Learner::with(&model, &given)?;
             let columns = Columns {
                 hidden: arguments.hidden.clone(),
@@ -125,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
                 weight: arguments.weight.clone(),
                 sequence: arguments.sequence.clone(),
             };
-            learner.observe_table(&table, &columns)?;
+            learner.observe_table(table, &columns)?;
             learner
         }
         None => {
@@ -150,6 +154,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if let Some(to) = &arguments.out {
         let text = program_text(&source, &learned, arguments)?;
         output::write(Some(to), text.as_bytes(), out)?;
+    }
+    if let Some(path) = &arguments.plot {
+        plot::learned(&learned, table.as_ref(), path, out)?;
     }
     // Where stdout is the program, the report is beside it.
     let beside = arguments.out.as_deref().is_some_and(output::is_stdout);

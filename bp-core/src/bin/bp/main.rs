@@ -23,11 +23,19 @@ mod latex;
 mod learn;
 mod lsp;
 mod network;
+mod new;
 mod output;
 mod over_time;
 mod parameters;
 mod planning;
+#[cfg(feature = "plot")]
+mod plot;
+#[cfg(not(feature = "plot"))]
+#[path = "no_plot.rs"]
+mod plot;
+mod print;
 mod program;
+mod reference;
 mod rows;
 mod signals;
 
@@ -48,15 +56,18 @@ struct CommandLine {
 
 const EXAMPLES: &str = "\
 Examples:
+  bp new lawn
   bp check wet_grass.bp
   bp ask wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
+  bp print wet_grass.bp --latex --standalone --out figure.tex
   bp emit cell.bp step --to wgsl
   bp learn spam.bp --data mails.csv --out learned.bp
   bp convert alarm.bif alarm.bp
   bp fmt --check *.bp
+  bp reference poisson
 
 Exit status: 0 on success; 1 if a program, a question or data are wrong; 2 if
 the command line is wrong. Ctrl-C ends a command with exit status 1; an estimate
@@ -69,6 +80,7 @@ enum Verb {
     Explain(explain::Arguments),
     Ask(ask::Arguments),
     Draw(draw::Arguments),
+    Print(print::Arguments),
     Emit(emit::Arguments),
     Marginals(network::marginals::Arguments),
     Mpe(network::mpe::Arguments),
@@ -80,6 +92,8 @@ enum Verb {
     Completions(completions::Arguments),
     Learn(learn::Arguments),
     Lsp(lsp::Arguments),
+    New(new::Arguments),
+    Reference(reference::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -96,6 +110,7 @@ fn main() -> ExitCode {
         Verb::Explain(arguments) => explain::run(&arguments, &mut out),
         Verb::Ask(arguments) => ask::run(&arguments, &mut out),
         Verb::Draw(arguments) => draw::run(&arguments, &mut out),
+        Verb::Print(arguments) => print::run(&arguments, &mut out),
         Verb::Emit(arguments) => emit::run(&arguments, &mut out),
         Verb::Marginals(arguments) => network::marginals::run(&arguments, &mut out),
         Verb::Batch(arguments) => network::batch::run(&arguments, &mut out),
@@ -107,6 +122,8 @@ fn main() -> ExitCode {
         Verb::Completions(arguments) => completions::run(&arguments, CommandLine::command(), &mut out),
         Verb::Learn(arguments) => learn::run(&arguments, &mut out),
         Verb::Lsp(arguments) => lsp::run(&arguments),
+        Verb::New(arguments) => new::run(&arguments, &mut out),
+        Verb::Reference(arguments) => reference::run(&arguments, &mut out),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {

@@ -15,6 +15,7 @@
 mod dot;
 mod layout;
 mod order;
+mod picture;
 mod svg;
 
 use crate::ids::{Id, VariableId};

@@ -34,6 +34,22 @@ pub(super) fn list(
     items
 }
 
+/// The items of a list of at most `most`, else the first of them, the number of the others, and the last.
+pub(crate) fn elided(
+    count: usize,
+    most: usize,
+    item: impl FnMut(usize) -> String,
+    others: impl Fn(usize) -> String,
+) -> Vec<String> {
+    if count <= most {
+        return (0..count).map(item).collect();
+    }
+    let kept = most.saturating_sub(1);
+    let mut items: Vec<String> = (0..kept).chain(std::iter::once(count - 1)).map(item).collect();
+    items.insert(kept, others(count - kept - 1));
+    items
+}
+
 /// The replacement in an equation.
 pub(super) fn dots(notation: Notation, left_out: usize, what: &str) -> String {
     let words = format!("… ({} more {what}) …", grouped(left_out));

@@ -9,6 +9,7 @@
 mod barren;
 mod cancel;
 mod cost;
+mod definition;
 mod dirac;
 mod draft;
 mod eliminate;
@@ -24,10 +25,13 @@ mod scope;
 mod size;
 mod solve;
 mod strategy;
+mod typeset;
 
 pub(crate) use barren::{is_proper, remove as remove_barren};
 pub use cost::{Cost, Elimination};
+pub(crate) use definition::forms;
 pub(crate) use draft::Draft;
+pub(crate) use elision::elided;
 pub use notation::Notation;
 pub(crate) use notation::{CLOSE, OPEN};
 pub(crate) use parts::lines as made_of_parts;

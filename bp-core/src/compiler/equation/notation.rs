@@ -19,6 +19,12 @@ pub(crate) const CLOSE: &str = "<mo stretchy=\"false\" form=\"postfix\">)</mo>";
 /// Number of variables above which `P(…)` may be broken.
 const MANY: usize = 5;
 
+/// Number of letters above which a fraction is too wide for a line.
+const WIDE: usize = 72;
+
+/// Number of letters under a sum sign above which they take another line.
+const STACKED: usize = 14;
+
 /// Number of distributions above which a fraction is too wide for a page.
 const LONG: usize = 3;
 
@@ -55,13 +61,7 @@ impl Notation {
     /// A variable in mathematics.
     pub(crate) fn name(self, model: &Model, id: VariableId) -> String {
         let variable = &model.variables[id];
-        let long = variable.name.chars().count() > 1;
-        let base = match self {
-            Notation::Latex => latex::name(&variable.name),
-            Notation::MathMl if long => format!("<mi class=\"name\">{}</mi>", xml::escaped(&variable.name)),
-            Notation::MathMl => format!("<mi>{}</mi>", xml::escaped(&variable.name)),
-            _ => variable.name.clone(),
-        };
+        let base = self.word(&variable.name);
         match (variable.previous_of, self) {
             // `X > 2` is a name of several words.
             (None, _) if variable.derived.is_some_and(|kind| kind != DerivedKind::Element) => {
@@ -73,6 +73,25 @@ impl Notation {
             (Some(_), Notation::MathMl) => {
                 format!("<msup>{base}<mrow><mo>−</mo><mn>1</mn></mrow></msup>")
             }
+        }
+    }
+
+    /// A name in mathematics: letters by their own signs, others as words.
+    pub(crate) fn word(self, name: &str) -> String {
+        match self {
+            Notation::Unicode => name.to_owned(),
+            Notation::Latex => latex::name(name),
+            Notation::MathMl => match (latex::letter(name), latex::indexed(name)) {
+                (Some(letter), _) => format!("<mi>{letter}</mi>"),
+                (None, Some((base, below))) => {
+                    format!("<msub>{}{}</msub>", self.word(base), self.word(below))
+                }
+                _ if name.chars().all(|character| character.is_ascii_digit()) => format!("<mn>{name}</mn>"),
+                _ if name.chars().count() > 1 => {
+                    format!("<mi class=\"name\">{}</mi>", xml::escaped(name))
+                }
+                _ => format!("<mi>{}</mi>", xml::escaped(name)),
+            },
         }
     }
 
@@ -105,6 +124,8 @@ impl Notation {
                     "∝" => "\\propto",
                     "∈" => "\\in",
                     "−" => "-",
+                    "←" => "\\leftarrow",
+                    "∼" => "\\sim",
                     other => other,
                 };
                 format!("{left} {sign} {right}")
@@ -130,6 +151,8 @@ impl Notation {
     pub(crate) fn element(self, name: &str, index: &str) -> String {
         match self {
             Notation::Unicode => format!("{name}[{index}]"),
+            // A name with an index of its own is one part.
+            Notation::Latex if name.contains("_{") => format!("{{{name}}}_{{{index}}}"),
             Notation::Latex => format!("{name}_{{{index}}}"),
             Notation::MathMl => format!("<msub><mrow>{name}</mrow><mrow>{index}</mrow></msub>"),
         }
@@ -176,12 +199,13 @@ impl Notation {
         format!("{}{}", self.choose("λ", "\\lambda", "<mi>λ</mi>"), self.group(variable))
     }
 
-    /// The head of a factor: `P(Z[i] | V O C)`.
+    /// The head of a factor, with its products: `Π_i P(Z[i] | V O C)`.
     pub(crate) fn head(self, model: &Model, factor: &Factor) -> String {
         let names = |uses: &[VariableUse]| -> Vec<String> {
-            uses.iter().map(|use_| self.label(&model.use_name(use_, &factor.products))).collect()
+            uses.iter().map(|use_| self.typeset(&model.use_name(use_, &factor.products))).collect()
         };
-        self.distribution(&names(&factor.left), &names(&factor.right))
+        let products: String = factor.products.iter().map(|(index, _)| self.product(index)).collect();
+        format!("{products}{}", self.distribution(&names(&factor.left), &names(&factor.right)))
     }
 
     /// `P(left | right)`.
@@ -203,7 +227,7 @@ impl Notation {
                     ", ",
                     if long { "<mo separator=\"true\">,</mo> " } else { "<mo separator=\"true\">,</mo>" },
                 ),
-                false => self.choose(" ", "\\,", if long { " " } else { "<mspace width=\"0.25em\"/>" }),
+                false => self.choose(" ", "\\, ", if long { " " } else { "<mspace width=\"0.25em\"/>" }),
             };
             items.join(separator)
         };
@@ -228,9 +252,9 @@ impl Notation {
         let others = |count| elision::dots(self, count, "variables");
         let over = elision::list(over.len(), |at| over[at].clone(), others);
         match self {
-            Notation::Unicode if over.len() == 1 => format!("{sign}_{} ", over[0]),
+            Notation::Unicode if over.len() == 1 && !over[0].contains(' ') => format!("{sign}_{} ", over[0]),
             Notation::Unicode => format!("{sign}_{{{}}} ", over.join(" ")),
-            Notation::Latex => format!("{sign}_{{{}}} ", over.join("\\,")),
+            Notation::Latex => format!("{sign}_{{{}}} ", stacked(&over)),
             Notation::MathMl => {
                 let over = over.join("<mspace width=\"0.2em\"/>");
                 format!("<munder>{sign}<mrow>{over}</mrow></munder>")
@@ -253,6 +277,11 @@ impl Notation {
         self.under(["Π", "\\prod", "<mo movablelimits=\"false\">∏</mo>"], &[self.label(over)])
     }
 
+    /// `Π_{i ∈ S}`, of a range in this notation, with the blank behind it.
+    pub(crate) fn product_over(self, over: &str) -> String {
+        self.under(["Π", "\\prod", "<mo movablelimits=\"false\">∏</mo>"], &[over.to_owned()])
+    }
+
     /// `max_X`, with the blank behind it.
     pub(crate) fn extremum(self, what: &str, over: &[String]) -> String {
         let sign = match what {
@@ -271,6 +300,12 @@ impl Notation {
         let group = |text: &str| if simple(text) { text.to_owned() } else { format!("({text})") };
         match self {
             Notation::Unicode => format!("{} / {}", group(above), group(below)),
+            // A fraction that would be wider than a line is written on lines.
+            Notation::Latex if is_wide(above, below) => {
+                let group =
+                    |text: &str| if simple(text) { text.to_owned() } else { format!("\\bigl({text}\\bigr)") };
+                format!("{} / {}", group(above), group(below))
+            }
             Notation::Latex => format!("\\frac{{{above}}}{{{below}}}"),
             Notation::MathMl => format!("<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"),
         }
@@ -281,7 +316,9 @@ impl Notation {
         let distributions = above.matches(self.choose("P(", "P(", "<mi>P</mi>")).count();
         match self {
             Notation::Unicode => self.ratio(above, below),
-            _ if distributions <= LONG => self.ratio(above, below),
+            _ if distributions <= LONG && (self != Notation::Latex || !is_wide(above, below)) => {
+                self.ratio(above, below)
+            }
             Notation::Latex => format!("{},\\quad Z = {below}", self.over(above, "Z")),
             Notation::MathMl => {
                 let with = "<mo separator=\"true\">,</mo><mspace width=\"1em\"/> <mi>Z</mi><mo>=</mo>";
@@ -294,13 +331,37 @@ impl Notation {
     pub(crate) fn over(self, body: &str, below: &str) -> String {
         match self {
             Notation::Unicode => format!("1/{below} · {body}"),
+            Notation::Latex if latex::printed(below) > WIDE => format!("1 / {below} \\cdot {body}"),
             Notation::Latex => format!("\\frac{{1}}{{{below}}} {body}"),
             Notation::MathMl => format!("<mfrac><mn>1</mn><mrow>{below}</mrow></mfrac> {body}"),
         }
     }
 }
 
+/// Whether a fraction is wider than a line.
+fn is_wide(above: &str, below: &str) -> bool {
+    latex::printed(above).max(latex::printed(below)) > WIDE
+}
+
+/// The variables under a sum sign in LaTeX, in lines if there are many.
+fn stacked(over: &[String]) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for name in over {
+        match lines.last_mut() {
+            Some(line) if latex::printed(line) + latex::printed(name) <= STACKED => {
+                line.push_str("\\,");
+                line.push_str(name);
+            }
+            _ => lines.push(name.clone()),
+        }
+    }
+    match lines.as_slice() {
+        [one] => one.clone(),
+        several => format!("\\substack{{{}}}", several.join("\\\\")),
+    }
+}
+
 /// An operator in MathML.
-fn operator(sign: &str) -> String {
+pub(super) fn operator(sign: &str) -> String {
     format!("<mo>{}</mo>", xml::escaped(sign))
 }

@@ -27,6 +27,7 @@ impl Exact {
             bindings: &known,
             conditioned: false,
             proportional: false,
+            forms: false,
             notation,
         };
         let mut lines = Vec::new();

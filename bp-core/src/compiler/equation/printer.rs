@@ -20,6 +20,8 @@ pub(super) struct Printer<'p> {
     pub(super) conditioned: bool,
     /// Whether constants have been dropped, so that the body is only proportional to the answer.
     pub(super) proportional: bool,
+    /// Whether the forms of factors stand in their place.
+    pub(super) forms: bool,
     pub(super) notation: Notation,
 }
 
@@ -100,7 +102,11 @@ impl Printer<'_> {
             }
             Term::Inside(variable) => {
                 let domain = self.model.domain_text(&self.model.variables[*variable].domain);
-                let inside = notation.relation(&self.value_of(*variable), "∈", &notation.label(&domain));
+                let domain = match notation {
+                    Notation::Unicode => domain,
+                    _ => notation.typeset(&domain),
+                };
+                let inside = notation.relation(&self.value_of(*variable), "∈", &domain);
                 notation.indicator(&inside)
             }
             Term::Product(factors) if factors.is_empty() => notation.label("1"),
@@ -172,6 +178,9 @@ impl Printer<'_> {
     }
 
     fn factor(&self, id: FactorId) -> String {
+        if self.forms {
+            return self.form(id);
+        }
         let factor = &self.model.factors[id];
         let list = |uses: &[VariableUse]| uses.iter().map(|use_| self.use_(use_, id)).collect::<Vec<_>>();
         let products: String =
@@ -231,7 +240,10 @@ impl Printer<'_> {
             Expression::Variable(use_) if use_.element.is_none() => {
                 self.notation.name(self.model, use_.variable)
             }
-            _ => self.notation.label(&self.model.expression_text(id, products)),
+            _ => match self.notation {
+                Notation::Unicode => self.notation.label(&self.model.expression_text(id, products)),
+                _ => self.notation.typeset(&self.model.expression_text(id, products)),
+            },
         }
     }
 }

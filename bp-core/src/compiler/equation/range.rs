@@ -123,6 +123,7 @@ impl Exact {
             bindings: &self.bindings,
             conditioned: true,
             proportional: true,
+            forms: false,
             notation,
         };
         let (mut open, mut marked) = (vec![self.joint], Vec::new());

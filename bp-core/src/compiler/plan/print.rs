@@ -4,7 +4,7 @@
 //! values are substituted on both sides at once, and `∝` is used after constants have been dropped.
 
 use super::{Marked, Notation, Plan, Route};
-use crate::equation::{Line, made_of_parts};
+use crate::equation::{Line, forms, made_of_parts};
 use crate::model::Model;
 
 impl Plan {
@@ -12,6 +12,23 @@ impl Plan {
     pub fn derivation(&self, model: &Model, notation: Notation) -> Vec<Line> {
         let distributions = self.routes.iter().flat_map(|route| derivation(route, model, notation));
         distributions.chain(self.made(model, notation)).collect()
+    }
+
+    /// The forms: the equation that is computed with each factor replaced by its form, then each form.
+    pub fn forms(&self, model: &Model, notation: Notation) -> Vec<Line> {
+        let mut lines = Vec::new();
+        for route in &self.routes {
+            let used = match route.equation() {
+                Some(exact) => {
+                    lines.push(exact.with_forms(model, notation));
+                    exact.used_factors()
+                }
+                None => model.factors.ids().collect(),
+            };
+            lines.extend(forms(model, &used, notation));
+        }
+        lines.dedup();
+        lines
     }
 
     /// All that is computed: the equation of each distribution, then the statistic of each ask.

@@ -65,4 +65,13 @@ impl Route {
             _ => None,
         }
     }
+
+    /// The equation of sums and products, also where a join tree computes it.
+    pub(crate) fn equation(&self) -> Option<&Exact> {
+        match self {
+            Route::Exact(exact) => Some(exact),
+            Route::Tree(tree) => Some(&tree.exact),
+            _ => None,
+        }
+    }
 }

@@ -47,20 +47,26 @@ pub(super) fn lines(
     }
     lines.push((
         "conditioning".to_owned(),
-        format!("`{observed}` is observed: K = Σ Hᵀ (H Σ Hᵀ)⁻¹"),
+        format!("`{observed}` is observed as z = H x: K is the gain"),
         [
-            "N(x; m + K (z − H m), Σ − K H Σ)".to_owned(),
-            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma)".to_owned(),
-            mathml_normal(
+            "N(x; m + K (z − H m), Σ − K H Σ), K = Σ Hᵀ (H Σ Hᵀ)⁻¹".to_owned(),
+            "\\mathcal{N}(x;\\, m + K(z - Hm),\\, \\Sigma - K H \\Sigma),\\quad K = \\Sigma H^{\\top} (H \\Sigma \
+             H^{\\top})^{-1}"
+                .to_owned(),
+            format!("{}<mo separator=\"true\">,</mo> {GAIN}", mathml_normal(
                 &format!(
                     "<mi>m</mi><mo>+</mo><mi>K</mi>{OPEN}<mi>z</mi><mo>−</mo><mi>H</mi><mi>m</mi>{CLOSE}"
                 ),
                 "<mi>Σ</mi><mo>−</mo><mi>K</mi><mi>H</mi><mi>Σ</mi>",
-            ),
+            )),
         ],
     ));
     lines
 }
+
+/// The gain in MathML.
+const GAIN: &str = "<mi>K</mi><mo>=</mo><mi>Σ</mi><msup><mi>H</mi><mo>⊤</mo></msup><msup><mrow><mo>(</mo><mi>H</mi><mi>Σ</mi>\
+    <msup><mi>H</mi><mo>⊤</mo></msup><mo>)</mo></mrow><mrow><mo>−</mo><mn>1</mn></mrow></msup>";
 
 /// N(x; mean, covariance) in MathML.
 fn mathml_normal(mean: &str, covariance: &str) -> String {

@@ -5,6 +5,7 @@
 
 mod answer;
 mod code;
+mod derive;
 mod follow;
 mod offer;
 

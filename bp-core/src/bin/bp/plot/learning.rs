@@ -1,0 +1,140 @@
+//! The panels of learning: the course of the likelihood, and the learned densities over the data.
+//!
+//! In: a report, the learned program, the data. Out: panels. Invariant: a histogram has the weight of the cases of its
+//! context only, and its area is one.
+
+use super::{Course, Curve, Density, Panel};
+use bp_core::compiler::answer::NamedLaw;
+use bp_core::compiler::data::Records;
+use bp_core::compiler::ids::ExpressionId;
+use bp_core::compiler::learn::Learned;
+use bp_core::compiler::model::{Expression, Form, Model};
+use bp_core::compiler::operators::Unary;
+
+/// Bars of a histogram.
+const BINS: usize = 30;
+/// Densities in one panel, panels of densities.
+const MOST_CURVES: usize = 6;
+const MOST_PANELS: usize = 8;
+
+/// Bars of equal width: edges, and the weight in each over its width and the total.
+pub(super) fn histogram(numbers: &[(f64, f64)], low: f64, high: f64, bins: usize) -> Vec<(f64, f64, f64)> {
+    let width = (high - low) / bins as f64;
+    let mut weights = vec![0.0; bins];
+    let mut total = 0.0;
+    for (number, weight) in numbers {
+        total += weight;
+        let bin = ((number - low) / width).floor();
+        if bin >= 0.0 && *number <= high {
+            weights[(bin as usize).min(bins - 1)] += weight;
+        }
+    }
+    let bar = |(bin, weight): (usize, &f64)| {
+        let left = low + width * bin as f64;
+        (left, left + width, weight / (total.max(f64::MIN_POSITIVE) * width))
+    };
+    weights.iter().enumerate().map(bar).collect()
+}
+
+/// The panels of a report.
+pub(super) fn learning(learned: &Learned, data: Option<&Records>) -> Vec<Panel> {
+    let mut panels = Vec::new();
+    if let Some(course) = &learned.report.expectation
+        && course.trail.len() > 1
+    {
+        let points = course.trail.iter().enumerate().map(|(step, value)| (step as f64, *value));
+        let line =
+            Curve { name: "ln likelihood + ln prior".to_owned(), points: points.collect(), band: Vec::new() };
+        panels.push(Panel::Course(Course {
+            title: format!("Learning curve: {} cases, seed {}", learned.report.cases, course.seed),
+            across: "step of expectation maximisation".to_owned(),
+            upwards: "ln likelihood + ln prior (nats)".to_owned(),
+            lines: vec![line],
+            range: None,
+        }));
+    }
+    let Some(data) = data else { return panels };
+    let model = learned.model();
+    for (_, factor) in model.factors.iter() {
+        let [left] = factor.left.as_slice() else { continue };
+        let laws = laws(model, &factor.form);
+        let name = model.variable_name(left.variable);
+        let numbers = column(data, &name);
+        if laws.is_empty() || numbers.len() < 2 || panels.len() > MOST_PANELS {
+            continue;
+        }
+        let ends = numbers.iter().map(|(number, _)| *number);
+        let (low, high) =
+            (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max));
+        if low >= high {
+            continue;
+        }
+        let margin = 0.08 * (high - low);
+        let (low, high) = (low - margin, high + margin);
+        let curve = |(label, law): &(String, NamedLaw)| {
+            let x = |point: usize| low + (high - low) * point as f64 / 240.0;
+            let points = (0..=240).map(|point| (x(point), law.density(x(point))));
+            (label.clone(), points.filter(|(_, y)| y.is_finite()).collect())
+        };
+        panels.push(Panel::Density(Density {
+            title: format!("{} and the data", model.head(factor)),
+            across: name,
+            curves: laws.iter().take(MOST_CURVES).map(curve).collect(),
+            histogram: histogram(&numbers, low, high, BINS),
+            interval: None,
+            mean: None,
+        }));
+    }
+    panels
+}
+
+/// The laws of a form whose parameters are numbers, each with its condition.
+fn laws(model: &Model, form: &Form) -> Vec<(String, NamedLaw)> {
+    let mut found = Vec::new();
+    collect(model, form, String::new(), &mut found);
+    found
+}
+
+fn collect(model: &Model, form: &Form, when: String, found: &mut Vec<(String, NamedLaw)>) {
+    match form {
+        Form::Law { law, arguments } => {
+            let numbers: Option<Vec<f64>> = arguments.iter().map(|id| number(model, *id)).collect();
+            if let Some(numbers) = numbers {
+                let mut parameters = [0.0; 3];
+                parameters[..numbers.len()].copy_from_slice(&numbers);
+                let label = if when.is_empty() { law.name().to_owned() } else { when };
+                found.push((label, NamedLaw { law: *law, parameters }));
+            }
+        }
+        Form::If { condition, then, otherwise } => {
+            let text = model.expression_text(*condition, &[]);
+            let both = |more: &str| if when.is_empty() { more.to_owned() } else { format!("{when}, {more}") };
+            collect(model, then, both(&text), found);
+            collect(model, otherwise, both(&format!("not {text}")), found);
+        }
+        _ => {}
+    }
+}
+
+/// The number of a constant, or of a parameter that is the same everywhere.
+fn number(model: &Model, id: ExpressionId) -> Option<f64> {
+    match &model.expressions[id] {
+        Expression::Number(number) => Some(*number),
+        Expression::Unary(Unary::Negate, of) => number(model, *of).map(|number| -number),
+        Expression::Parameter { parameter, indices } if indices.is_empty() => {
+            model.parameters[*parameter].default_number()
+        }
+        _ => None,
+    }
+}
+
+/// The numbers of a column, each with the weight 1; other cells are left out.
+fn column(data: &Records, name: &str) -> Vec<(f64, f64)> {
+    let Some(column) = data.column(name) else { return Vec::new() };
+    let cell = |row: usize| {
+        let text = data.text(row, column).trim();
+        let text = if data.has_decimal_commas() { text.replace(',', ".") } else { text.to_owned() };
+        text.parse::<f64>().ok().filter(|number| number.is_finite())
+    };
+    (0..data.len()).filter_map(cell).map(|number| (number, 1.0)).collect()
+}

@@ -1,0 +1,126 @@
+//! Plots of answers and of learning, as PNG or SVG.
+//!
+//! In: answers, or a report. Out: a picture of panels, one for each answer. Invariant: a picture is written completely or
+//! not at all; it needs no installed font (DejaVu Sans is included); every panel has a title and named axes.
+
+mod canvas;
+mod heat;
+mod learning;
+mod panels;
+
+use crate::failure::Failure;
+use crate::output;
+use bp_core::compiler::answer::Answer;
+use bp_core::compiler::data::Records;
+use bp_core::compiler::learn::Learned;
+use bp_core::compiler::model::Model;
+use std::io::Write;
+use std::path::Path;
+
+/// A panel.
+pub(crate) enum Panel {
+    /// A bar for each value.
+    Bars(Bars),
+    /// A density of a real.
+    Density(Density),
+    /// Numbers over instants or steps.
+    Course(Course),
+    /// A number for each pair of values.
+    Heat(Heat),
+}
+
+/// A bar for each value, with its standard error, if it is estimated.
+pub(crate) struct Bars {
+    pub(crate) title: String,
+    pub(crate) across: String,
+    pub(crate) upwards: String,
+    pub(crate) bars: Vec<(String, f64, f64)>,
+}
+
+/// A density, with an interval and its mean; bars of draws or data behind it.
+pub(crate) struct Density {
+    pub(crate) title: String,
+    pub(crate) across: String,
+    pub(crate) curves: Vec<(String, Vec<(f64, f64)>)>,
+    /// Edges and heights.
+    pub(crate) histogram: Vec<(f64, f64, f64)>,
+    pub(crate) interval: Option<(f64, f64)>,
+    pub(crate) mean: Option<f64>,
+}
+
+/// A line: its name, its points, and a band around them.
+pub(crate) struct Curve {
+    pub(crate) name: String,
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) band: Vec<(f64, f64, f64)>,
+}
+
+/// Lines over instants or steps.
+pub(crate) struct Course {
+    pub(crate) title: String,
+    pub(crate) across: String,
+    pub(crate) upwards: String,
+    pub(crate) lines: Vec<Curve>,
+    /// The range of the vertical axis, if it is known.
+    pub(crate) range: Option<(f64, f64)>,
+}
+
+/// A number for each pair of values, row by row from the bottom.
+pub(crate) struct Heat {
+    pub(crate) title: String,
+    pub(crate) across: (String, Vec<String>),
+    pub(crate) upwards: (String, Vec<String>),
+    pub(crate) measure: String,
+    pub(crate) numbers: Vec<f64>,
+}
+
+/// Writes a picture of answers.
+pub(crate) fn answers(
+    model: &Model,
+    answers: &[Answer],
+    path: &Path,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let drawn: Vec<Panel> = answers.iter().flat_map(|answer| panels::of(model, answer)).collect();
+    write(&drawn, path, out)
+}
+
+/// Writes a picture of what was learned.
+pub(crate) fn learned(
+    learned: &Learned,
+    data: Option<&Records>,
+    path: &Path,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    write(&learning::learning(learned, data), path, out)
+}
+
+/// Writes a picture of panels: PNG or SVG, by the extension of its path.
+fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Failure> {
+    if panels.is_empty() {
+        return Err(Failure::Words(
+            "there is nothing to plot: no distribution, no course over time, no learned density".to_owned(),
+        ));
+    }
+    if panels.len() > MOST_PANELS {
+        let count = panels.len();
+        return Err(Failure::Words(format!(
+            "a picture of {count} panels: ask fewer questions ({MOST_PANELS} at most)"
+        )));
+    }
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let drawn = match extension.as_deref() {
+        Some("svg") => canvas::svg(panels),
+        Some("png") => canvas::png(panels),
+        _ => {
+            let path = path.display();
+            return Err(Failure::Words(format!(
+                "a plot is written as PNG or SVG: name it `….png` or `….svg`, not `{path}`"
+            )));
+        }
+    };
+    let bytes = drawn.map_err(|error| Failure::Words(format!("the plot cannot be drawn: {error}")))?;
+    output::write(Some(path), &bytes, out)
+}
+
+const MOST_PANELS: usize = 24;

@@ -1,0 +1,265 @@
+//! The panels of an answer.
+//!
+//! In: an answer. Out: bars for a finite variable, a heat map for two, a density for a real, lines over instants.
+//! Invariant: the numbers are those of the answer; a density is evaluated by its own law.
+
+use super::{Bars, Course, Curve, Density, Heat, Panel};
+use bp_core::compiler::answer::{Answer, Drawn, Figure, NamedLaw, Part, PartLaw, Row};
+use bp_core::compiler::law::Law;
+use bp_core::compiler::model::Model;
+use std::collections::BTreeMap;
+
+/// Bars of a panel, and values of an axis of a heat map.
+const MOST_BARS: usize = 40;
+const MOST_CELLS: usize = 200;
+/// Lines of a course.
+const MOST_LINES: usize = 10;
+/// Points of a density.
+const POINTS: usize = 241;
+/// Bars of a histogram of draws.
+const BINS: usize = 40;
+
+pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
+    if answer.when.is_over_time() {
+        return courses(answer);
+    }
+    let mut panels = Vec::new();
+    for rows in answer.answer.chunk_by(|one, other| alike(one, other)) {
+        panels.extend(finite(&answer.question, rows));
+    }
+    for part in &answer.parts {
+        for (place, slot) in part.of.iter().enumerate() {
+            if slot.count == 0 {
+                panels.extend(density(model, &answer.question, part, place));
+            }
+        }
+    }
+    panels
+}
+
+/// Whether rows have the same columns and the same kind of number.
+fn alike(one: &Row, other: &Row) -> bool {
+    let names = |row: &Row| row.values.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    std::mem::discriminant(&one.figure) == std::mem::discriminant(&other.figure) && names(one) == names(other)
+}
+
+/// The number of a row with its error, and what it measures.
+fn measured(figure: &Figure) -> Option<(f64, f64, &'static str)> {
+    match *figure {
+        Figure::Probability { p } => Some((p, 0.0, "probability")),
+        Figure::Estimated { p, error } => Some((p, error, "probability")),
+        Figure::Expectation { expectation, error } => {
+            Some((expectation, error.unwrap_or(0.0), "expectation"))
+        }
+        Figure::Variance { variance, error } => Some((variance, error.unwrap_or(0.0), "variance")),
+        Figure::Entropy { entropy } => Some((entropy, 0.0, "entropy (nats)")),
+        Figure::Information { information } => Some((information, 0.0, "mutual information (nats)")),
+        Figure::Divergence { divergence, .. } => Some((divergence, 0.0, "divergence (nats)")),
+        _ => None,
+    }
+    .filter(|(number, _, _)| number.is_finite())
+}
+
+/// Bars, or a heat map of two columns.
+fn finite(question: &str, rows: &[Row]) -> Option<Panel> {
+    let numbers: Option<Vec<_>> = rows.iter().map(|row| measured(&row.figure)).collect();
+    let numbers = numbers?;
+    let measure = numbers.first()?.2.to_owned();
+    let names: Vec<&str> = rows[0].values.iter().map(|(name, _)| name.as_str()).collect();
+    let values = |column: usize| {
+        let mut seen: Vec<String> = Vec::new();
+        for row in rows {
+            if !seen.contains(&row.values[column].1) {
+                seen.push(row.values[column].1.clone());
+            }
+        }
+        seen
+    };
+    if let [across, upwards] = names.as_slice() {
+        let (columns, lines) = (values(0), values(1));
+        let is_grid = columns.len() * lines.len() == rows.len() && columns.len() > 1 && lines.len() > 1;
+        if is_grid && columns.len().max(lines.len()) <= MOST_CELLS {
+            let mut cells = vec![0.0; rows.len()];
+            for (row, (number, _, _)) in rows.iter().zip(&numbers) {
+                let x = columns.iter().position(|one| *one == row.values[0].1)?;
+                let y = lines.iter().position(|one| *one == row.values[1].1)?;
+                cells[y * columns.len() + x] = *number;
+            }
+            return Some(Panel::Heat(Heat {
+                title: question.to_owned(),
+                across: ((*across).to_owned(), columns),
+                upwards: ((*upwards).to_owned(), lines),
+                measure,
+                numbers: cells,
+            }));
+        }
+    }
+    let label = |row: &Row| {
+        let words: Vec<&str> = row.values.iter().map(|(_, value)| value.as_str()).collect();
+        words.join(", ")
+    };
+    let mut bars: Vec<(String, f64, f64)> =
+        (rows.iter().zip(&numbers)).map(|(row, (number, error, _))| (label(row), *number, *error)).collect();
+    let mut across = names.join(", ");
+    if bars.len() > MOST_BARS && names.len() > 1 {
+        bars.sort_by(|one, other| other.1.total_cmp(&one.1));
+        across = format!("{across}: the {MOST_BARS} largest of {}", bars.len());
+        bars.truncate(MOST_BARS);
+    }
+    Some(Panel::Bars(Bars { title: question.to_owned(), across, upwards: measure, bars }))
+}
+
+/// The density of a real with its interval.
+fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<Panel> {
+    let name = part.of[place].name(model);
+    let alone = part.marginal(&[place]);
+    let title = match part.given.is_empty() {
+        true => question.to_owned(),
+        false => format!("{question}: {name}"),
+    };
+    let (low, high, at): (f64, f64, Box<dyn Fn(f64) -> f64>) = match &alone.law {
+        PartLaw::Normal { mean, covariance } if covariance[0] > 0.0 => {
+            let law = NamedLaw { law: Law::Normal, parameters: [mean[0], covariance[0].sqrt(), 0.0] };
+            (law.quantile(0.0005), law.quantile(0.9995), Box::new(move |x| law.density(x)))
+        }
+        PartLaw::Laws { laws, .. } => {
+            let law = laws[0];
+            (law.quantile(0.0005), law.quantile(0.9995), Box::new(move |x| law.density(x)))
+        }
+        PartLaw::Mixture(mixture) => {
+            let mixture = mixture.clone();
+            let ends = [0.0005, 0.9995].map(|level| mixture.quantile(0, level));
+            (ends[0], ends[1], Box::new(move |x| mixture.density(&[x])))
+        }
+        PartLaw::Draws(draws, drawn) => {
+            let Drawn::At(position) = drawn[0] else { return None };
+            let values = (0..draws.count()).map(|draw| (draws.value(draw, position), draws.weight(draw)));
+            return drawn_density(title, name, values.collect());
+        }
+        _ => return None,
+    };
+    if !(low.is_finite() && high.is_finite() && low < high) {
+        return None;
+    }
+    let x = |point: usize| low + (high - low) * point as f64 / (POINTS - 1) as f64;
+    let points: Vec<(f64, f64)> =
+        (0..POINTS).map(|point| (x(point), at(x(point)))).filter(|(_, y)| y.is_finite()).collect();
+    let (mean, interval) = summary(&alone);
+    Some(Panel::Density(Density {
+        title,
+        across: name,
+        curves: vec![("density".to_owned(), points)],
+        histogram: Vec::new(),
+        interval,
+        mean,
+    }))
+}
+
+/// Mean, and quantiles at 5 % and 95 %.
+fn summary(part: &Part) -> (Option<f64>, Option<(f64, f64)>) {
+    match &part.law {
+        PartLaw::Normal { mean, covariance } => {
+            let law = NamedLaw { law: Law::Normal, parameters: [mean[0], covariance[0].sqrt(), 0.0] };
+            (Some(mean[0]), Some((law.quantile(0.05), law.quantile(0.95))))
+        }
+        PartLaw::Laws { laws, .. } => {
+            (Some(laws[0].mean()), Some((laws[0].quantile(0.05), laws[0].quantile(0.95))))
+        }
+        PartLaw::Mixture(mixture) => {
+            (Some(mixture.mean(0)), Some((mixture.quantile(0, 0.05), mixture.quantile(0, 0.95))))
+        }
+        _ => (None, None),
+    }
+}
+
+/// A histogram of weighted draws.
+fn drawn_density(title: String, across: String, mut draws: Vec<(f64, f64)>) -> Option<Panel> {
+    draws.retain(|(value, weight)| value.is_finite() && *weight > 0.0);
+    draws.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let total: f64 = draws.iter().map(|(_, weight)| weight).sum();
+    let quantile = |level: f64| {
+        let mut sum = 0.0;
+        let found = draws.iter().find(|(_, weight)| {
+            sum += weight;
+            sum >= level * total
+        });
+        found.or(draws.last()).map(|(value, _)| *value)
+    };
+    let (low, high) = (quantile(0.002)?, quantile(0.998)?);
+    if low >= high {
+        return None;
+    }
+    let mean = draws.iter().map(|(value, weight)| value * weight).sum::<f64>() / total;
+    let interval = quantile(0.05).zip(quantile(0.95));
+    let histogram = super::learning::histogram(&draws, low, high, BINS);
+    Some(Panel::Density(Density { title, across, curves: Vec::new(), histogram, interval, mean: Some(mean) }))
+}
+
+/// Lines over instants: the probability of each value, or means with bands.
+fn courses(answer: &Answer) -> Vec<Panel> {
+    let mut lines: BTreeMap<String, Curve> = BTreeMap::new();
+    let mut order: Vec<String> = Vec::new();
+    let (mut measure, mut probabilities) = (String::new(), false);
+    for row in &answer.answer {
+        let Some(t) =
+            row.values.iter().find(|(name, _)| name == "t").and_then(|(_, t)| t.parse::<f64>().ok())
+        else {
+            continue;
+        };
+        let words: Vec<String> = (row.values.iter())
+            .filter(|(name, _)| name != "t")
+            .map(|(name, value)| if value.is_empty() { name.clone() } else { format!("{name} = {value}") })
+            .collect();
+        let name = words.join(", ");
+        let (y, band) = match row.figure {
+            Figure::Normal { mean, deviation } => {
+                (mean, Some((mean - BAND * deviation, mean + BAND * deviation)))
+            }
+            Figure::Real { mean, quantiles, .. } => (mean[0], Some((quantiles[0][0], quantiles[2][0]))),
+            Figure::Mixture { mean, quantiles, .. } | Figure::Law { mean, quantiles, .. } => {
+                (mean, Some((quantiles[0], quantiles[2])))
+            }
+            ref other => match measured(other) {
+                Some((number, _, words)) => {
+                    measure = words.to_owned();
+                    probabilities |= words == "probability";
+                    (number, None)
+                }
+                None => continue,
+            },
+        };
+        if !lines.contains_key(&name) {
+            order.push(name.clone());
+        }
+        let curve =
+            lines.entry(name.clone()).or_insert_with(|| Curve { name, points: Vec::new(), band: Vec::new() });
+        curve.points.push((t, y));
+        curve.band.extend(band.map(|(low, high)| (t, low, high)));
+    }
+    // Of two values the second one says all.
+    if probabilities && order.len() == 2 && order[0].ends_with("= false") {
+        order.remove(0);
+    }
+    order.truncate(MOST_LINES);
+    let lines: Vec<Curve> = order.iter().filter_map(|name| lines.remove(name)).collect();
+    if lines.is_empty() {
+        return Vec::new();
+    }
+    let banded = lines.iter().any(|line| !line.band.is_empty());
+    let upwards = match (banded, measure.is_empty()) {
+        (true, _) => "mean, with 5 % to 95 %".to_owned(),
+        (_, false) => measure,
+        _ => String::new(),
+    };
+    let range = probabilities.then_some((0.0, 1.0));
+    vec![Panel::Course(Course {
+        title: answer.question.clone(),
+        across: "instant t".to_owned(),
+        upwards,
+        lines,
+        range,
+    })]
+}
+
+/// The 95 % quantile of the standard normal distribution.
+const BAND: f64 = 1.644_853_626_951_472_2;

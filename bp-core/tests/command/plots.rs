@@ -1,0 +1,138 @@
+//! `bp ask --plot`, `bp learn --plot`: pictures of answers and of learning.
+//!
+//! In: programs and data. Out: PNG and SVG files, read back. Invariant: the table is printed all the same; nothing is
+//! written where there is nothing to draw.
+#![cfg(feature = "plot")]
+
+use roxmltree::Document;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
+fn bp(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_bp")).args(arguments).current_dir(root()).output().unwrap()
+}
+
+/// The texts and the number of elements of a name in the SVG that a command draws.
+fn drawn(arguments: &[&str], element: &str) -> (Vec<String>, usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plot.svg");
+    let mut all = arguments.to_vec();
+    all.extend(["--plot", path.to_str().unwrap()]);
+    let output = bp(&all);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(!output.stdout.is_empty(), "the table is printed too");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let named =
+        |name: &str| document.descendants().filter(|node| node.tag_name().name() == name).collect::<Vec<_>>();
+    let words =
+        named("text").iter().filter_map(|node| node.text()).map(|text| text.trim().to_owned()).collect();
+    (words, named(element).len())
+}
+
+fn has(words: &[String], wanted: &[&str]) {
+    for word in wanted {
+        assert!(words.iter().any(|text| text.contains(word)), "no `{word}` in {words:?}");
+    }
+}
+
+#[test]
+fn bars_have_a_title_axes_and_the_numbers_of_the_answer() {
+    let (words, bars) = drawn(&["ask", "tests/programs/wet_grass.bp", "P(Rain | Wet = true)"], "rect");
+    has(&words, &["P(Rain | Wet = true)", "Rain", "probability", "true", "false", "0.3226", "0.6774"]);
+    // Two bars, and the background.
+    assert_eq!(bars, 3);
+}
+
+#[test]
+fn two_variables_are_a_heat_map_with_a_colour_bar() {
+    let (words, cells) = drawn(&["ask", "examples/sprinkler.bp", "rain"], "rect");
+    has(&words, &["Location", "Rain", "probability", "InParis", "InNice"]);
+    // Four cells, the hundred steps of the colour bar, and the background.
+    assert_eq!(cells, 4 + 100 + 1);
+}
+
+#[test]
+fn reals_have_a_density_with_an_interval_and_a_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.bp");
+    std::fs::write(
+        &path,
+        "program T { variables { T, A : real; } decomposition { P(T) P(A | T) }
+         forms { P(T) = normal(20, 5); P(A | T) = normal(T, 1); } question t { P(T | A = 24) } }",
+    )
+    .unwrap();
+    // The mean is (20 / 25 + 24) / (1 / 25 + 1) = 23.846, its deviation √(25 / 26) = 0.98058.
+    let (words, lines) = drawn(&["ask", path.to_str().unwrap(), "t"], "polyline");
+    has(&words, &["P(T | A = 24)", "probability density", "mean 23.85", "90 %: 22.23 to 25.46"]);
+    assert!(lines >= 2, "{lines}");
+}
+
+#[test]
+fn questions_over_time_are_lines_with_bands() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, data) = (folder.path().join("w.bp"), folder.path().join("w.csv"));
+    std::fs::write(
+        &program,
+        "program W { variables { X, X^-1, Z : real; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+         forms { P(X^-1) = previous(X) else normal(0, 10); P(X | X^-1) = normal(X^-1, 1); P(Z | X) = normal(X, 2); }
+         question x { filter P(X | Z) } }",
+    )
+    .unwrap();
+    std::fs::write(&data, "Z\n1\n2\n2.5\n4\n").unwrap();
+    let (words, bands) =
+        drawn(&["ask", program.to_str().unwrap(), "x", "--data", data.to_str().unwrap()], "polygon");
+    has(&words, &["filter P(X | Z)", "instant t", "mean, with 5 % to 95 %"]);
+    assert!(bands >= 1, "a band");
+}
+
+#[test]
+fn learning_has_a_curve_and_densities_over_histograms() {
+    let folder = tempfile::tempdir().unwrap();
+    let (program, data) = (folder.path().join("m.bp"), folder.path().join("m.csv"));
+    std::fs::write(
+        &program,
+        "program M { variables { K : bool; X : real; } decomposition { P(K) P(X | K) }
+         forms { P(K) = unknown; P(X | K) = unknown(normal); } identification { hidden K; } }",
+    )
+    .unwrap();
+    let rows: String =
+        (0..60).map(|row| format!("{}\n", f64::from(row % 7) + if row < 30 { 0.0 } else { 20.0 })).collect();
+    std::fs::write(&data, format!("X\n{rows}")).unwrap();
+    let (words, bars) =
+        drawn(&["learn", program.to_str().unwrap(), "--data", data.to_str().unwrap()], "rect");
+    has(&words, &["Learning curve", "step of expectation maximisation", "P(X | K) and the data", "data"]);
+    assert!(bars > 30, "{bars}");
+}
+
+#[test]
+fn png_is_a_picture_that_is_not_blank() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plot.png");
+    let output = bp(&["ask", "tests/programs/wet_grass.bp", "P(Rain)", "--plot", path.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(&path).unwrap();
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    // Width and height, big-endian, after the header of the first chunk.
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!((number(16), number(20)), (1800, 860));
+    assert!(bytes.len() > 8000, "{} bytes", bytes.len());
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    for (question, name, why) in
+        [("P(Rain)", "plot.pdf", "PNG or SVG"), ("draw(3) P(Rain)", "plot.svg", "nothing to plot")]
+    {
+        let path = folder.path().join(name);
+        let output = bp(&["ask", "tests/programs/wet_grass.bp", question, "--plot", path.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(1) && said.contains(why), "{question}: {said}");
+        assert!(!path.exists());
+    }
+}
