@@ -9,7 +9,7 @@ const GREEK: &str = "αalpha βbeta γgamma δdelta εvarepsilon ζzeta ηeta θ
     σsigma τtau υupsilon φvarphi χchi ψpsi ωomega ΓGamma ΔDelta ΘTheta ΛLambda ΞXi ΠPi ΣSigma ΥUpsilon ΦPhi ΨPsi ΩOmega";
 
 /// Symbols in mathematics.
-const SIGNS: [(char, &str); 16] = [
+const SIGNS: [(char, &str); 28] = [
     ('−', "-"),
     ('·', "\\cdot"),
     ('×', "\\times"),
@@ -26,6 +26,18 @@ const SIGNS: [(char, &str); 16] = [
     ('¹', "^{1}"),
     ('²', "^{2}"),
     ('…', "\\ldots"),
+    ('₊', "_{+}"),
+    ('ₙ', "_{n}"),
+    ('ₜ', "_{t}"),
+    ('ⁿ', "^{n}"),
+    ('√', "\\surd"),
+    ('→', "\\to"),
+    ('←', "\\leftarrow"),
+    ('≈', "\\approx"),
+    ('∼', "\\sim"),
+    ('½', "\\tfrac{1}{2}"),
+    ('³', "^{3}"),
+    ('∪', "\\cup"),
 ];
 
 /// The command of a character in mathematics.
@@ -84,7 +96,9 @@ pub fn name(text: &str) -> String {
         (Some(letter), None) if letter.is_ascii_alphanumeric() => text.to_owned(),
         (Some(letter), None) if command(letter).is_some() => command(letter).unwrap_or_default(),
         _ if text.chars().all(|character| character.is_ascii_digit()) => text.to_owned(),
-        _ if text.is_ascii() => format!("\\mathit{{{}}}", escaped(text)),
+        _ if text.is_ascii() && !text.contains(['<', '>', '|', '^', '~', '\\']) => {
+            format!("\\mathit{{{}}}", escaped(text))
+        }
         _ => format!("\\textit{{{}}}", escaped(text)),
     }
 }
@@ -141,8 +155,10 @@ pub fn breakable(mathematics: &str) -> String {
 }
 
 /// Signs after which TeX breaks a line.
-const BREAKING: [&str; 13] =
-    ["=", "<", ">", "+", "-", "\\cdot", "\\le", "\\ge", "\\ne", "\\in", "\\mid", "\\propto", "\\sim"];
+const BREAKING: [&str; 14] = [
+    "=", "<", ">", "+", "-", "\\cdot", "\\le", "\\ge", "\\ne", "\\in", "\\mid", "\\propto", "\\sim",
+    "\\approx",
+];
 
 fn is_operator(piece: &str) -> bool {
     BREAKING.contains(&piece.trim_start_matches('&'))
@@ -207,7 +223,8 @@ mod tests {
 
     #[test]
     fn names_in_mathematics() {
-        let names = ["X", "Rain", "a_1", "ρ", "ρmax", "été", "_", "tau_c", "Omega", "hit_rate"].map(name);
+        let names =
+            ["X", "Rain", "a_1", "ρ", "ρmax", "été", "_", "tau_c", "Omega", "hit_rate", "<5"].map(name);
         let expected = [
             "X",
             "\\mathit{Rain}",
@@ -219,6 +236,7 @@ mod tests {
             "\\tau_{c}",
             "\\Omega",
             "\\mathit{hit\\_rate}",
+            "\\textit{$<$5}",
         ];
         assert_eq!(names, expected);
     }

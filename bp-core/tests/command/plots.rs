@@ -80,13 +80,13 @@ fn questions_over_time_are_lines_with_bands() {
         &program,
         "program W { variables { X, X^-1, Z : real; } decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
          forms { P(X^-1) = previous(X) else normal(0, 10); P(X | X^-1) = normal(X^-1, 1); P(Z | X) = normal(X, 2); }
-         question x { filter P(X | Z) } }",
+         question x { smooth P(X | Z) } }",
     )
     .unwrap();
     std::fs::write(&data, "Z\n1\n2\n2.5\n4\n").unwrap();
     let (words, bands) =
         drawn(&["ask", program.to_str().unwrap(), "x", "--data", data.to_str().unwrap()], "polygon");
-    has(&words, &["filter P(X | Z)", "instant t", "mean, with 5 % to 95 %"]);
+    has(&words, &["smooth P(X | Z)", "instant t", "mean, with 5 % to 95 %"]);
     assert!(bands >= 1, "a band");
 }
 

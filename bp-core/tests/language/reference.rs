@@ -179,8 +179,11 @@ fn answers_that_are_not_one_number() {
     let [low, high] = program("interval", "questions").ask("P(X)").unwrap().interval(0.9).unwrap();
     near(low, 170.0 - 16.4485, "interval");
     near(high, 170.0 + 16.4485, "interval");
-    let turned = program("rotate", "functions").ask("P(T[1] | V = [1, 0, 0])").unwrap().mean().unwrap();
-    assert!((turned - 1.0).abs() < 1e-9, "{turned}");
+    let turned = program("rotate", "functions").ask("P(T[1])").unwrap().mean().unwrap();
+    // By draws: the standard error of 10 000 of them is 0.001.
+    assert!((turned - 1.0).abs() < 0.01, "{turned}");
+    let means = program("ordered", "forms").ask("P(Mu[0])").unwrap().mean().unwrap();
+    assert!((means - 0.5).abs() < 0.03, "{means}");
     let weather = program("sequence", "questions");
     let seen = [evidence! { Wet: true }, evidence! { Wet: false }];
     let path = weather.question("path").unwrap().over(&seen).unwrap();
@@ -199,8 +202,13 @@ fn functions_have_the_values_that_are_stated() {
             let text = format!(
                 "program F {{ variables {{ X : real; }} decomposition {{ P(X) }} forms {{ P(X) = normal({call}, 1); }} }}"
             );
-            let found = Program::parse(&text).unwrap().ask("P(X)").unwrap().mean().unwrap();
-            near(found, number(stated), line);
+            let answer = Program::parse(&text).unwrap().ask("P(X)").unwrap();
+            let found = answer.mean().unwrap();
+            match answer.estimate() {
+                // A vector is not folded: its length is estimated by draws, with a standard error of 0.01.
+                Some(_) => assert!((found - number(stated)).abs() < 0.05, "{line}: {found}"),
+                None => near(found, number(stated), line),
+            }
             count += 1;
         }
     }

@@ -156,7 +156,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         output::write(Some(to), text.as_bytes(), out)?;
     }
     if let Some(path) = &arguments.plot {
-        plot::learned(&learned, table.as_ref(), path, out)?;
+        plot::learned(&source, &learned, table.as_ref(), path, out)?;
     }
     // Where stdout is the program, the report is beside it.
     let beside = arguments.out.as_deref().is_some_and(output::is_stdout);

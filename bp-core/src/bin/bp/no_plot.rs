@@ -7,6 +7,7 @@ use bp_core::compiler::answer::Answer;
 use bp_core::compiler::data::Records;
 use bp_core::compiler::learn::Learned;
 use bp_core::compiler::model::Model;
+use bp_core::compiler::source::Source;
 use std::io::Write;
 use std::path::Path;
 
@@ -15,6 +16,7 @@ pub(crate) fn answers(_: &Model, _: &[Answer], _: &Path, _: &mut impl Write) -> 
 }
 
 pub(crate) fn learned(
+    _: &Source,
     _: &Learned,
     _: Option<&Records>,
     path: &Path,

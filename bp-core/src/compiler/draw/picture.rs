@@ -3,7 +3,7 @@
 //! In: a graph. Out: a `picture` environment. Invariant: it is as large as its layout, one unit to a pixel; names are
 //! escaped; curves are quadratic Bézier curves, which every LaTeX draws.
 
-use super::layout::{HALF_HEIGHT, Layout, place};
+use super::layout::{Layout, place};
 use super::{Graph, Node};
 use crate::latex;
 use std::fmt::Write;
@@ -32,10 +32,15 @@ impl Graph {
         for (position, (from, to)) in self.edges.iter().enumerate() {
             let bends =
                 if layout.is_clear(&self.nodes, *from, *to) { &[][..] } else { &layout.bends[position] };
-            self.arrow(&mut drawn, &layout, *from, *to, bends);
+            let bends: Vec<(f64, f64)> = bends.iter().map(|(x, y, _)| (*x, *y)).collect();
+            self.arrow(&mut drawn, &layout, *from, *to, &bends);
         }
         for (position, node) in self.nodes.iter().enumerate() {
-            drawn.node(node, layout.centres[position], layout.half_widths[position]);
+            drawn.node(
+                node,
+                layout.centres[position],
+                (layout.half_widths[position], layout.half_heights[position]),
+            );
         }
         drawn.text.push_str("\\end{picture}");
         drawn.text
@@ -45,7 +50,7 @@ impl Graph {
         let border = |node: usize, towards: (f64, f64)| {
             let centre = layout.centres[node];
             let (dx, dy) = (towards.0 - centre.0, towards.1 - centre.1);
-            let (x, y) = (dx / layout.half_widths[node], dy / HALF_HEIGHT);
+            let (x, y) = (dx / layout.half_widths[node], dy / layout.half_heights[node]);
             let distance = match self.nodes[node].deterministic {
                 true => x.abs() + y.abs(),
                 false => x.hypot(y),
@@ -96,9 +101,8 @@ impl Drawn {
         corners.windows(2).for_each(|pair| self.line(pair[0], pair[1], None));
     }
 
-    fn node(&mut self, node: &Node, (x, y): (f64, f64), half_width: f64) {
+    fn node(&mut self, node: &Node, (x, y): (f64, f64), (a, b): (f64, f64)) {
         let points = node.previous.then_some(DASHES);
-        let (a, b) = (half_width, HALF_HEIGHT);
         match node.deterministic {
             true => {
                 let corners = [(x - a, y), (x, y - b), (x + a, y), (x, y + b), (x - a, y)];

@@ -6,7 +6,7 @@
 
 use super::print::Line;
 use super::printer::Printer;
-use super::typeset::substituted;
+use super::tokens::substituted;
 use super::{Binding, Exact, Notation, Term, reachable};
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Domain, Factor, Form, Model, Value};

@@ -25,6 +25,7 @@ mod scope;
 mod size;
 mod solve;
 mod strategy;
+mod tokens;
 mod typeset;
 
 pub(crate) use barren::{is_proper, remove as remove_barren};

@@ -61,7 +61,11 @@ impl Notation {
     /// A variable in mathematics.
     pub(crate) fn name(self, model: &Model, id: VariableId) -> String {
         let variable = &model.variables[id];
-        let base = self.word(&variable.name);
+        // A derived variable is named as its expression.
+        let base = match (variable.derived, self) {
+            (Some(_), Notation::Latex | Notation::MathMl) => self.typeset(&variable.name),
+            _ => self.word(&variable.name),
+        };
         match (variable.previous_of, self) {
             // `X > 2` is a name of several words.
             (None, _) if variable.derived.is_some_and(|kind| kind != DerivedKind::Element) => {
@@ -331,7 +335,9 @@ impl Notation {
     pub(crate) fn over(self, body: &str, below: &str) -> String {
         match self {
             Notation::Unicode => format!("1/{below} · {body}"),
-            Notation::Latex if latex::printed(below) > WIDE => format!("1 / {below} \\cdot {body}"),
+            Notation::Latex if latex::printed(below) + 2 * below.matches('=').count() > WIDE => {
+                format!("1 / {below} \\cdot {body}")
+            }
             Notation::Latex => format!("\\frac{{1}}{{{below}}} {body}"),
             Notation::MathMl => format!("<mfrac><mn>1</mn><mrow>{below}</mrow></mfrac> {body}"),
         }

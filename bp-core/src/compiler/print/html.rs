@@ -61,9 +61,9 @@ impl Sheet {
 fn part(one: &Part, page: &mut String) {
     match one {
         Part::Brace(name, parts) => {
-            let _ = write!(
+            let _ = writeln!(
                 page,
-                "<div class=\"brace\"><div class=\"name\">{name}</div>{BRACE}<div class=\"parts\">\n"
+                "<div class=\"brace\"><div class=\"name\">{name}</div>{BRACE}<div class=\"parts\">"
             );
             parts.iter().for_each(|one| part(one, page));
             page.push_str("</div></div>\n");

@@ -20,6 +20,7 @@ pub(super) fn of_tree(program: &Program) -> Graph {
                 deterministic: false,
                 mark: Mark::None,
                 plate: None,
+                marginal: None,
             });
             nodes.len() - 1
         })

@@ -30,6 +30,8 @@ const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// The panels as SVG.
 pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
+    // The width of text is measured in it.
+    include_font();
     let mut text = String::new();
     {
         let (columns, rows) = layout(panels.len());

@@ -10,6 +10,8 @@ use bp_core::compiler::ids::ExpressionId;
 use bp_core::compiler::learn::Learned;
 use bp_core::compiler::model::{Expression, Form, Model};
 use bp_core::compiler::operators::Unary;
+use bp_core::compiler::source::Source;
+use bp_core::compiler::syntax::{check, graft, parse};
 
 /// Bars of a histogram.
 const BINS: usize = 30;
@@ -36,8 +38,16 @@ pub(super) fn histogram(numbers: &[(f64, f64)], low: f64, high: f64, bins: usize
     weights.iter().enumerate().map(bar).collect()
 }
 
+/// The author's program with what was learned as numbers.
+fn program(source: &Source, learned: &Learned) -> Option<Model> {
+    let forms = parse(&Source::new("learned", learned.text())).ok()?;
+    let mut file = parse(source).ok()?;
+    graft(&mut file, forms.programs.first()?);
+    check(&file).ok()?.pop()
+}
+
 /// The panels of a report.
-pub(super) fn learning(learned: &Learned, data: Option<&Records>) -> Vec<Panel> {
+pub(super) fn learning(source: &Source, learned: &Learned, data: Option<&Records>) -> Vec<Panel> {
     let mut panels = Vec::new();
     if let Some(course) = &learned.report.expectation
         && course.trail.len() > 1
@@ -53,8 +63,8 @@ pub(super) fn learning(learned: &Learned, data: Option<&Records>) -> Vec<Panel> 
             range: None,
         }));
     }
-    let Some(data) = data else { return panels };
-    let model = learned.model();
+    let Some((data, model)) = data.zip(program(source, learned)) else { return panels };
+    let model = &model;
     for (_, factor) in model.factors.iter() {
         let [left] = factor.left.as_slice() else { continue };
         let laws = laws(model, &factor.form);

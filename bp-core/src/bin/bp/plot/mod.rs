@@ -14,6 +14,7 @@ use bp_core::compiler::answer::Answer;
 use bp_core::compiler::data::Records;
 use bp_core::compiler::learn::Learned;
 use bp_core::compiler::model::Model;
+use bp_core::compiler::source::Source;
 use std::io::Write;
 use std::path::Path;
 
@@ -87,12 +88,13 @@ pub(crate) fn answers(
 
 /// Writes a picture of what was learned.
 pub(crate) fn learned(
+    source: &Source,
     learned: &Learned,
     data: Option<&Records>,
     path: &Path,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    write(&learning::learning(learned, data), path, out)
+    write(&learning::learning(source, learned, data), path, out)
 }
 
 /// Writes a picture of panels: PNG or SVG, by the extension of its path.

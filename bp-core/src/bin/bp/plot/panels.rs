@@ -20,7 +20,10 @@ const POINTS: usize = 241;
 const BINS: usize = 40;
 
 pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
-    if answer.when.is_over_time() {
+    // `filter` has the last instant alone: a distribution as any other.
+    if answer.when.is_over_time()
+        && answer.answer.iter().any(|row| row.values.iter().any(|(name, _)| name == "t"))
+    {
         return courses(answer);
     }
     let mut panels = Vec::new();

@@ -7,20 +7,10 @@
 //! the smoother of a Kalman filter.
 
 use super::offer::{By, OverTime};
-use crate::equation::{Line, Notation, of_form};
+use super::parts::Instant;
+use crate::equation::{Line, Notation};
 use crate::ids::VariableId;
 use crate::model::{Model, Statistic, When};
-use std::collections::BTreeSet;
-
-/// The parts of the equations of an instant.
-struct Instant<'m> {
-    model: &'m Model,
-    notation: Notation,
-    now: Vec<VariableId>,
-    before: Vec<VariableId>,
-    observed: Vec<VariableId>,
-    searched: Vec<VariableId>,
-}
 
 impl OverTime {
     /// The computation of each instant, as lines.
@@ -167,16 +157,13 @@ impl OverTime {
                 ),
             ),
         };
-        let normal = |of: &str, unicode: &str, latex: &str| {
-            let law = match notation {
-                Notation::Latex => format!("\\mathcal{{N}}({of};\\, {latex})"),
-                Notation::Unicode => format!("N({of}; {unicode})"),
-                Notation::MathMl => format!(
-                    "<mi>𝒩</mi><mo>(</mo>{of}<mo separator=\"true\">;</mo>{}<mo>)</mo>",
-                    notation.text(unicode, "")
-                ),
-            };
-            law
+        let normal = |of: &str, unicode: &str, latex: &str| match notation {
+            Notation::Latex => format!("\\mathcal{{N}}({of};\\, {latex})"),
+            Notation::Unicode => format!("N({of}; {unicode})"),
+            Notation::MathMl => format!(
+                "<mi>𝒩</mi><mo>(</mo>{of}<mo separator=\"true\">;</mo>{}<mo>)</mo>",
+                notation.text(unicode, "")
+            ),
         };
         let (now, before) = (at.list(&at.now), at.list(&at.before));
         let carried_law = normal(&before, "m, S", "m, S");
@@ -223,7 +210,7 @@ impl OverTime {
                 let comma = notation.choose(", ", ",\\quad ", "<mo separator=\"true\">,</mo> ");
                 lines.push(line(
                     "backward",
-                    "₊ is the next instant and ̂ its smoothed law; from the last instant, where it is the filtered one",
+                    "a plus marks the next instant, a hat what is smoothed; from the last instant, where it is what is filtered",
                     format!("{}{comma}{gain}", notation.equation(&all, "=", &law)),
                 ));
                 if self.ask().when == When::Sequence {
@@ -324,96 +311,4 @@ impl OverTime {
 
 fn line(rule: &str, reason: impl Into<String>, equation: String) -> Line {
     (rule.to_owned(), reason.into(), equation)
-}
-
-impl Instant<'_> {
-    /// Names in a sentence.
-    fn plain(&self, ids: &[VariableId]) -> String {
-        let names: Vec<String> =
-            ids.iter().map(|id| format!("`{}`", self.model.variable_name(*id))).collect();
-        names.join(", ")
-    }
-
-    /// Names in an equation.
-    fn list(&self, ids: &[VariableId]) -> String {
-        let blank = self.notation.choose(" ", "\\,", "<mspace width=\"0.25em\"/>");
-        self.notation.names(self.model, ids).join(blank)
-    }
-
-    /// A message: `α(X)`.
-    fn message(&self, letter: &str, ids: &[VariableId]) -> String {
-        let letter = self.notation.word(letter);
-        format!("{letter}{}", self.notation.group(&self.list(ids)))
-    }
-
-    /// `P(X | Z past)`.
-    fn given_past(&self, left: &[VariableId], observed: &[VariableId]) -> String {
-        let notation = self.notation;
-        let mut known = notation.names(self.model, observed);
-        known.push(notation.text("past", "\\text{past}"));
-        notation.distribution(&notation.names(self.model, left), &known)
-    }
-
-    /// `P(X | all observations)`.
-    fn given(&self, left: &[VariableId], words: &str) -> String {
-        let notation = self.notation;
-        let known = notation.text(words, &format!("\\text{{{words}}}"));
-        notation.distribution(&notation.names(self.model, left), &[known])
-    }
-
-    fn sum(&self, over: &[VariableId]) -> String {
-        match over.is_empty() {
-            true => String::new(),
-            false => self.notation.sum(&self.notation.names(self.model, over)),
-        }
-    }
-
-    /// Factors after a sign.
-    fn times(&self, sign: &str, parts: &[String]) -> String {
-        let blank = self.notation.choose(" ", " ", "<mspace width=\"0.15em\"/> ");
-        let parts: Vec<&str> = parts.iter().map(String::as_str).filter(|part| !part.is_empty()).collect();
-        format!("{sign}{}", parts.join(blank))
-    }
-
-    /// The factors of an instant, but not those of X⁻¹, as far as these variables need them (and the observations, if
-    /// they count), and the variables that are summed out.
-    fn factors(&self, axes: &[VariableId], observed: bool) -> (Vec<VariableId>, String) {
-        let seen: &[VariableId] = if observed { &self.observed } else { &[] };
-        let mut rest: Vec<VariableId> = axes.iter().chain(seen).copied().collect();
-        let mut wanted = BTreeSet::new();
-        while let Some(id) = rest.pop() {
-            if !self.before.contains(&id)
-                && let Some(factor) = self.model.factor_of(id)
-                && wanted.insert(factor)
-            {
-                rest.extend(of_form(self.model, factor));
-            }
-        }
-        let mut hidden = self.before.clone();
-        let mut heads = Vec::with_capacity(wanted.len());
-        for id in wanted {
-            let factor = &self.model.factors[id];
-            heads.push(self.notation.head(self.model, factor));
-            let left = factor.left.iter().map(|use_| use_.variable);
-            hidden.extend(left.filter(|id| !axes.contains(id) && !seen.contains(id)));
-        }
-        (hidden, self.times("", &heads))
-    }
-
-    /// The heads of the factors whose variables these are, but not those of X⁻¹.
-    fn heads_of(&self, of: impl Fn(VariableId) -> bool) -> Vec<String> {
-        let factors = self.model.factors.values().filter(|factor| {
-            factor.left.iter().any(|use_| of(use_.variable) && !self.before.contains(&use_.variable))
-        });
-        factors.map(|factor| self.notation.head(self.model, factor)).collect()
-    }
-
-    /// The same in a sentence.
-    fn heads(&self, of: impl Fn(VariableId) -> bool) -> String {
-        let factors = self.model.factors.values().filter(|factor| {
-            factor.left.iter().any(|use_| of(use_.variable) && !self.before.contains(&use_.variable))
-        });
-        let heads: Vec<String> = factors.map(|factor| format!("`{}`", self.model.head(factor))).collect();
-        heads.join(", ")
-    }
 }

@@ -8,6 +8,7 @@ mod code;
 mod derive;
 mod follow;
 mod offer;
+mod parts;
 
 pub(crate) use answer::of_instant;
 pub use code::InstantCode;
