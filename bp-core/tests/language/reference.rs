@@ -184,6 +184,9 @@ fn answers_that_are_not_one_number() {
     assert!((turned - 1.0).abs() < 0.01, "{turned}");
     let means = program("ordered", "forms").ask("P(Mu[0])").unwrap().mean().unwrap();
     assert!((means - 0.5).abs() < 0.03, "{means}");
+    let ballots = program("multinomial", "forms");
+    let red = ballots.question("red").unwrap().given("votes", vec![2.0, 1.0]).unwrap().ask().unwrap();
+    near(red.p("Red").unwrap(), 0.6, "multinomial");
     let weather = program("sequence", "questions");
     let seen = [evidence! { Wet: true }, evidence! { Wet: false }];
     let path = weather.question("path").unwrap().over(&seen).unwrap();
