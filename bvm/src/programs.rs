@@ -6,9 +6,11 @@
 use bp_macros::bayesian_program;
 
 bayesian_program!("models/cell.bp");
+bayesian_program!("models/cell_joint.bp");
 bayesian_program!("models/line_of_sight.bp");
 bayesian_program!("models/range_code.bp");
 bayesian_program!("models/population_code.bp");
+bayesian_program!("models/missing.bp");
 bayesian_program!("models/binaural.bp");
 bayesian_program!("models/listening.bp");
 bayesian_program!("models/sounding.bp");

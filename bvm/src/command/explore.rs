@@ -64,6 +64,18 @@ pub(crate) struct Arguments {
         help = "Evidence of a reading: a likelihood for each cell of\nits line of sight, from the sensor's deviation\n(virtual), or the cell that it lies in, as in the\npaper (hard; with depth only)"
     )]
     evidence: EvidenceName,
+    /// Missing readings as evidence, with depth.
+    #[arg(
+        long,
+        help = "With depth: take no reading in view as evidence that a\nsurface that was read has left, as stereo does"
+    )]
+    missing: bool,
+    /// Carry the joint distribution of occupancy and velocity of each cell, not the paper's two marginals.
+    #[arg(
+        long,
+        help = "Carry the joint distribution of occupancy and velocity\nof each cell, not the paper's two marginals"
+    )]
+    joint: bool,
     /// Output folder.
     #[arg(long, default_value = "bvm-run")]
     out: PathBuf,
@@ -117,9 +129,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         stereo: has(SenseName::Stereo),
         audio: has(SenseName::Audio),
         imu: has(SenseName::Imu),
+        joint: arguments.joint,
     };
+    let options = depth::Options { missing: arguments.missing, joint: arguments.joint };
     let head = || match is_fast {
-        true => Ok((depth::head(scene.world(arguments.seed), evidence, arguments.seed)?, None)),
+        true => {
+            let world = scene.world(arguments.seed);
+            Ok((depth::head_with(world, evidence, options, arguments.seed)?, None))
+        }
         false => real::head(&scene, senses, arguments.seed).map(|(head, shown)| (head, Some(shown))),
     };
     let rules: &[Rule] = if is_fast { &Rule::ALL } else { &Rule::ALL[..1] };
@@ -225,7 +242,9 @@ fn settings(arguments: &Arguments, scene: &Scene, rule: Rule) -> Settings {
         scene: arguments.scene.clone(),
         checksum: checksum(format!("{scene:?}").as_bytes()),
         seed: arguments.seed,
-        senses: senses.join(","),
+        senses: senses.join(",")
+            + if arguments.missing { " with missing readings" } else { "" }
+            + if arguments.joint { " with the joint distribution" } else { "" },
         policy: rule.name().to_owned(),
         evidence: evidence.name().to_owned(),
     }

@@ -2,12 +2,11 @@
 //!
 //! In: a head and the looks so far. Out: a file: one line of JSON, then numbers, little-endian: for each look the next gaze
 //! (azimuth and elevation, f64), the counts of looks and of readings of each direction (u16), and the numbers of the map
-//! (f32). Invariant: the file is whole or the one before; a resumed run gives the same map, bit by bit, as one that was not
+//! and of the senses' memories (f32). Invariant: the file is whole or the one before; a resumed run gives the same map, bit by bit, as one that was not
 //! interrupted.
 
 use super::{Coverage, Head, Look, Policy};
 use crate::error::Error;
-use crate::map::Map;
 use crate::report::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -41,6 +40,8 @@ struct Header {
     settings: Settings,
     directions: usize,
     numbers: usize,
+    /// The length of each sense's memory.
+    memories: Vec<usize>,
     looks: Vec<Look>,
 }
 
@@ -71,11 +72,13 @@ impl Checkpoint {
     pub fn write(&mut self, head: &Head, looks: &[Look]) -> Result<(), Error> {
         let numbers = head.map().numbers();
         let (seen, readings) = head.coverage().counts();
+        let memories = head.memories();
         let header = Header {
             version: VERSION,
             settings: self.settings.clone(),
             directions: seen.len(),
             numbers: numbers.len(),
+            memories: memories.iter().map(Vec::len).collect(),
             looks: looks.to_vec(),
         };
         let mut bytes = serde_json::to_vec(&header).expect("internal: looks are numbers and names");
@@ -85,7 +88,8 @@ impl Checkpoint {
             bytes.extend(look.next.elevation.to_le_bytes());
         }
         seen.iter().chain(readings).for_each(|count| bytes.extend(count.to_le_bytes()));
-        numbers.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        let all = numbers.iter().chain(memories.iter().flatten());
+        all.for_each(|number| bytes.extend(number.to_le_bytes()));
         write_atomically(&self.path, &bytes)?;
         self.written = Instant::now();
         Ok(())
@@ -140,15 +144,17 @@ impl Checkpoint {
             (0..header.directions).map(|_| Some(u16::from_le_bytes(rest.take()?))).collect()
         };
         let (seen, readings) = (counts().ok_or_else(broken)?, counts().ok_or_else(broken)?);
-        let numbers: Option<Vec<f32>> =
-            (0..header.numbers).map(|_| Some(f32::from_le_bytes(rest.take()?))).collect();
-        let map =
-            Map::of_numbers(head.map().grid().clone(), &numbers.ok_or_else(broken)?)?.ok_or_else(broken)?;
+        let mut floats = |count: usize| -> Option<Vec<f32>> {
+            (0..count).map(|_| Some(f32::from_le_bytes(rest.take()?))).collect()
+        };
+        let numbers = floats(header.numbers);
+        let memories: Option<Vec<Vec<f32>>> = header.memories.iter().map(|count| floats(*count)).collect();
+        let map = head.map().with_numbers(&numbers.ok_or_else(broken)?).ok_or_else(broken)?;
         for look in &header.looks {
             head.repeat(look, policy)?;
         }
         let coverage = head.coverage().with_counts(seen, readings).ok_or_else(broken)?;
-        head.restore(map, coverage);
+        head.restore(map, coverage, &memories.ok_or_else(broken)?);
         Ok(header.looks)
     }
 }

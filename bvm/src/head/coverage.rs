@@ -13,6 +13,8 @@ use serde::Serialize;
 /// A direction is closed when its first occupied cell is this probable and all cells before it are empty with at least
 /// the same probability.
 const SURE: f32 = 0.9;
+/// A cell above this probability counts as a surface; an unknown one does not.
+const SURFACE: f32 = 0.55;
 /// After this many looks at a direction no more is expected of it.
 const ENOUGH: u16 = 8;
 
@@ -84,7 +86,7 @@ impl Coverage {
         };
         let hidden = |direction: usize| {
             let first = (0..grid.cells_rho())
-                .position(|rho| map.occupancy()[rho * grid.directions() + direction] >= 0.5);
+                .position(|rho| map.occupancy()[rho * grid.directions() + direction] > SURFACE);
             first.map_or(0, |first| grid.cells_rho() - 1 - first)
         };
         Unseeable {

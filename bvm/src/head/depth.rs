@@ -14,7 +14,7 @@ use crate::frame::wrap_angle;
 use crate::grid::{Grid, GridConfiguration};
 use crate::map::Map;
 use crate::vestibular::{Balance, Vestibular};
-use crate::vision::{EvidenceKind, RangeReading, Sight};
+use crate::vision::{EvidenceKind, Missing, RangeReading, Sight};
 use crate::world::sensors::{Cues, DepthCamera, Ears, Gyroscope, Pose, turn_profile};
 use crate::world::{Random, World, seeded};
 
@@ -24,11 +24,30 @@ pub const STEP_S: f64 = 0.5;
 /// Most tilt of the camera, rad.
 pub const MOST_TILT: f64 = 1.1;
 
-/// A head in a world, with this kind of evidence from a range reading.
+/// A head in a world, with this kind of evidence from a range reading. As in the paper, a direction without a reading is
+/// predicted and not estimated.
 ///
 /// # Errors
 /// None that valid programs give.
 pub fn head(world: World, evidence: EvidenceKind, seed: u64) -> Result<Head, Error> {
+    head_with(world, evidence, Options::default(), seed)
+}
+
+/// What differs from the paper's head.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// A missing reading is evidence (`models/missing.bp`): what leaves is forgotten even where nothing behind it returns a
+    /// reading.
+    pub missing: bool,
+    /// The joint distribution of O and V is carried (`models/cell_joint.bp`).
+    pub joint: bool,
+}
+
+/// [`head`] with options.
+///
+/// # Errors
+/// None that valid programs give.
+pub fn head_with(world: World, evidence: EvidenceKind, options: Options, seed: u64) -> Result<Head, Error> {
     let grid = Grid::new(GridConfiguration::default_exploration())?;
     let stage = Stage::new(world, seed);
     let camera = DepthCamera::default();
@@ -38,6 +57,7 @@ pub fn head(world: World, evidence: EvidenceKind, seed: u64) -> Result<Head, Err
         evidence,
         noise: seeded(seed, "sight"),
         sight: Sight::default(),
+        missing: options.missing.then(|| Missing::new(grid.cells())),
     };
     let hearing = FormulaHearing {
         stage: stage.clone(),
@@ -52,12 +72,8 @@ pub fn head(world: World, evidence: EvidenceKind, seed: u64) -> Result<Head, Err
         balance: Vestibular::at_rest(Balance::Gyroscope)?,
     };
     let neck = FastNeck { stage, camera };
-    Ok(Head::new(
-        Map::new(grid)?,
-        vec![Box::new(sight), Box::new(hearing)],
-        Box::new(balance),
-        Box::new(neck),
-    ))
+    let map = if options.joint { Map::with_joint(grid)? } else { Map::new(grid)? };
+    Ok(Head::new(map, vec![Box::new(sight), Box::new(hearing)], Box::new(balance), Box::new(neck)))
 }
 
 struct DepthSight {
@@ -66,6 +82,7 @@ struct DepthSight {
     evidence: EvidenceKind,
     noise: Random,
     sight: Sight,
+    missing: Option<Missing>,
 }
 
 impl DepthSight {
@@ -84,7 +101,8 @@ impl Sense for DepthSight {
     fn likelihood(&mut self, prior: &Map, attitude: &Attitude) -> Result<Sensed, Error> {
         let grid = prior.grid();
         let readings = self.readings(grid, attitude);
-        let likelihood = self.sight.likelihood(grid, &readings, self.camera.sigma_min_m, self.evidence)?;
+        let mut likelihood =
+            self.sight.likelihood(grid, &readings, self.camera.sigma_min_m, self.evidence)?;
         let heading = attitude.heading();
         let pitch = self.stage.borrow().attitude.pitch;
         let view = grid.all_directions().zip(&readings).map(|(direction, reading)| {
@@ -92,7 +110,10 @@ impl Sense for DepthSight {
             let is_in_view = self.camera.sees((heading.relative(azimuth), elevation), pitch).is_some();
             is_in_view.then_some(reading.is_some())
         });
-        let (view, count) = (view.collect(), readings.iter().flatten().count());
+        let (view, count): (Vec<_>, usize) = (view.collect(), readings.iter().flatten().count());
+        if let Some(missing) = &mut self.missing {
+            missing.add(prior, &view, &mut likelihood)?;
+        }
         Ok(Sensed { evidence: Evidence::Cells(likelihood), readings: count, view, ..Sensed::default() })
     }
 
@@ -100,6 +121,16 @@ impl Sense for DepthSight {
         let grid = Grid::new(GridConfiguration::default_exploration())?;
         self.readings(&grid, attitude);
         Ok(())
+    }
+
+    fn memory(&self) -> Vec<f32> {
+        self.missing.as_ref().map_or(Vec::new(), |missing| missing.was_read().to_vec())
+    }
+
+    fn remember(&mut self, memory: &[f32]) {
+        if let Some(missing) = &mut self.missing {
+            missing.restore(memory);
+        }
     }
 }
 

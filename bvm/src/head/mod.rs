@@ -156,9 +156,15 @@ impl Head {
         Ok(())
     }
 
-    /// Replaces the map and what was in view by those of an earlier run.
-    pub fn restore(&mut self, map: Map, coverage: Coverage) {
+    /// Replaces the map, what was in view and what the senses remember by those of an earlier run.
+    pub fn restore(&mut self, map: Map, coverage: Coverage, memories: &[Vec<f32>]) {
         (self.map, self.coverage) = (map, coverage);
+        self.senses.iter_mut().zip(memories).for_each(|(sense, memory)| sense.remember(memory));
+    }
+
+    /// What the senses remember.
+    pub fn memories(&self) -> Vec<Vec<f32>> {
+        self.senses.iter().map(|sense| sense.memory()).collect()
     }
 
     /// The map.

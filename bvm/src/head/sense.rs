@@ -72,4 +72,12 @@ pub trait Sense {
     fn skip(&mut self, _attitude: &Attitude) -> Result<(), Error> {
         Ok(())
     }
+
+    /// What it remembers of earlier looks, as numbers, for a run that is resumed.
+    fn memory(&self) -> Vec<f32> {
+        Vec::new()
+    }
+
+    /// Goes on with a [`Sense::memory`].
+    fn remember(&mut self, _memory: &[f32]) {}
 }

@@ -7,6 +7,7 @@
 //! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
 
 mod heading;
+mod joint;
 pub mod shift;
 
 pub use heading::Heading;
@@ -16,6 +17,7 @@ use crate::grid::Grid;
 use crate::programs::cell;
 use bp_core::compiler::exec::compiled::Report;
 use bp_core::compiler::space::{Edge, Moves, Space};
+use joint::Joint;
 
 /// The possible displacements of a cell's content in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =
@@ -37,6 +39,8 @@ pub struct Map {
     /// The buffer of the next step.
     next: cell::observe::Answer<f32>,
     readings: Vec<f32>,
+    /// P(O | V), if the joint distribution is carried.
+    joint: Option<Joint>,
 }
 
 impl Map {
@@ -60,7 +64,16 @@ impl Map {
         *state.entropy_o_v_mut() = vec![unknown; cells];
         *state.entropy_o_mut() = vec![2f32.ln(); cells];
         let next = cell::observe::Answer::default();
-        Ok(Self { grid, space, moves, motion, state, next, readings: Vec::new() })
+        Ok(Self { grid, space, moves, motion, state, next, readings: Vec::new(), joint: None })
+    }
+
+    /// An empty map that carries the joint distribution of O and V of each cell, not the paper's two marginals.
+    ///
+    /// # Errors
+    /// Those of [`Map::new`].
+    pub fn with_joint(grid: Grid) -> Result<Self, Error> {
+        let joint = Some(Joint::unknown(&grid)?);
+        Ok(Self { joint, ..Self::new(grid)? })
     }
 
     /// One step of the filter: prediction by constant velocity, estimation from the sensors' likelihoods. A cell whose
@@ -75,14 +88,21 @@ impl Map {
             self.readings.resize(2 * self.grid.cells(), 1.0);
         }
         let mut next = std::mem::take(&mut self.next);
-        let report = self.step(likelihoods.len().max(1), &self.readings, &mut next)?;
+        let readings = std::mem::take(&mut self.readings);
+        let report = self.step(likelihoods.len().max(1), &readings, &mut next);
+        self.readings = readings;
+        let report = report?;
         let cells = self.grid.cells();
         if report.impossible > 0 {
             let (empty, occupied) = (next.p_o(false), next.p_o(true));
             let is_possible = |cell: &usize| empty[*cell] + occupied[*cell] > 0.5;
             let impossible: Vec<usize> = (0..cells).filter(|cell| !is_possible(cell)).collect();
             let mut predicted = cell::observe::Answer::default();
+            let carried = self.joint.as_mut().map(Joint::take);
             self.step(1, &vec![1.0; 2 * cells], &mut predicted)?;
+            if let Some((joint, carried)) = self.joint.as_mut().zip(carried) {
+                joint.put_back(carried, &impossible);
+            }
             let copy = |to: &mut [f32], from: &[f32]| {
                 for (to, from) in to.chunks_exact_mut(cells).zip(from.chunks_exact(cells)) {
                     impossible.iter().for_each(|cell| to[*cell] = from[*cell]);
@@ -93,49 +113,59 @@ impl Map {
             copy(next.entropy_o_v_mut(), predicted.entropy_o_v());
             copy(next.entropy_o_mut(), predicted.entropy_o());
         }
+        if let Some(joint) = &mut self.joint {
+            joint.accept();
+        }
         self.next = std::mem::replace(&mut self.state, next);
         Ok(())
     }
 
     /// The program's question, for the current state.
     fn step(
-        &self,
+        &mut self,
         sensors: usize,
         readings: &[f32],
         next: &mut cell::observe::Answer<f32>,
     ) -> Result<Report, Error> {
+        if let Some(joint) = &mut self.joint {
+            let velocity = self.state.distribution_v();
+            return joint.step(&self.motion, velocity, (sensors, readings), next);
+        }
         let question = cell::observe(&self.space, &self.moves).motion(&self.motion);
         let before = question.previous_o(self.state.distribution_o()).previous_v(self.state.distribution_v());
         Ok(before.sensors(sensors).sensors_i_reading(readings).run_into(next)?)
     }
 
-    /// All numbers of the state: P(O), P(V), H(O, V), H(O), each by cell.
+    /// All numbers of the state: P(O), P(V), H(O, V), H(O), each by cell; then P(O | V), if it is carried.
     pub fn numbers(&self) -> Vec<f32> {
         let state = &self.state;
-        [state.distribution_o(), state.distribution_v(), state.entropy_o_v(), state.entropy_o()].concat()
+        let lean = self.joint.as_ref().map_or(&[][..], |joint| &joint.lean);
+        [state.distribution_o(), state.distribution_v(), state.entropy_o_v(), state.entropy_o(), lean]
+            .concat()
     }
 
-    /// The map with these [`Map::numbers`]; `None` if they are not as many as a map of the grid has, or no probabilities.
-    ///
-    /// # Errors
-    /// Those of [`Map::new`].
-    pub fn of_numbers(grid: Grid, numbers: &[f32]) -> Result<Option<Self>, Error> {
-        let mut map = Self::new(grid)?;
+    /// The map with these [`Map::numbers`]; `None` if they are not as many as this map has, or no probabilities.
+    pub fn with_numbers(&self, numbers: &[f32]) -> Option<Self> {
+        let mut map = self.clone();
         let probabilities = map.state.distribution_o().len() + map.state.distribution_v().len();
         let fits = numbers.len() == map.numbers().len()
             && numbers.iter().all(|number| number.is_finite())
             && numbers[..probabilities].iter().all(|p| (0.0..=1.0).contains(p));
         if !fits {
-            return Ok(None);
+            return None;
         }
         let (of_o, rest) = numbers.split_at(map.state.distribution_o().len());
         let (of_v, rest) = rest.split_at(map.state.distribution_v().len());
+        let (both, rest) = rest.split_at(map.grid.cells());
+        let (occupancy, lean) = rest.split_at(map.grid.cells());
         map.state.distribution_o_mut().copy_from_slice(of_o);
         map.state.distribution_v_mut().copy_from_slice(of_v);
-        let (both, occupancy) = rest.split_at(map.grid.cells());
         map.state.entropy_o_v_mut().copy_from_slice(both);
         map.state.entropy_o_mut().copy_from_slice(occupancy);
-        Ok(Some(map))
+        if let Some(joint) = &mut map.joint {
+            joint.lean.copy_from_slice(lean);
+        }
+        Some(map)
     }
 
     /// Moves the content of the directions: what is now in direction d was in direction `from[d]`; `None`: it is unknown

@@ -4,5 +4,6 @@
 //! computed by ray casting, which no sense of the whole head uses.
 
 mod depth;
+mod moving;
 mod rendering;
 mod whole;

@@ -6,7 +6,7 @@ use bvm::head::{Head, Look};
 use bvm::world::scene::Scene;
 use std::path::Path;
 
-const ALL: Senses = Senses { stereo: true, audio: true, imu: true };
+const ALL: Senses = Senses { stereo: true, audio: true, imu: true, joint: false };
 
 /// A scene with small pictures, for speed.
 fn small(name: &str, more: &str) -> Scene {

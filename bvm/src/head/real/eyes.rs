@@ -14,7 +14,8 @@ use crate::map::Map;
 use crate::vestibular::rotation;
 use crate::vision::readings::placed_readings;
 use crate::vision::{
-    Calibration, DisparityMap, EvidenceKind, FrameEvidence, GreyImage, Matcher, Pair, Sight, ViewReadings,
+    Calibration, DisparityMap, EvidenceKind, FrameEvidence, GreyImage, Matcher, Missing, Pair, Sight,
+    ViewReadings,
 };
 use crate::world::render::{Pinhole, exposed, exposure};
 use crate::world::scene::{Cameras, FaultKind, Organ};
@@ -23,6 +24,9 @@ use std::time::Instant;
 
 /// The nearest depth that is searched, as a share of the radius of the gap.
 const NEAREST: f64 = 0.7;
+
+/// Surfaces that are farther than this, m, are seen by both cameras wherever silence counts.
+const NEAR_M: f64 = 0.6;
 
 /// The last pictures.
 #[derive(Clone, Debug)]
@@ -40,7 +44,8 @@ pub(super) struct Eyes {
     calibration: Calibration,
     faults: Faults,
     sight: Sight,
-    /// The last picture of each camera, and what was matched last.
+    missing: Missing,
+    /// The last picture of each camera.
     kept: [Option<GreyImage>; 2],
     shown: super::Shown,
 }
@@ -61,7 +66,8 @@ impl Eyes {
         let levels = levels.min(width - 1);
         let calibration = Calibration::of_rig(cameras.focal_px(), centre, cameras.baseline_m, levels)?;
         let (stage, kept) = (stage.clone(), [None, None]);
-        Ok(Self { stage, cameras, extrinsics, calibration, faults, sight: Sight::default(), kept, shown })
+        let (sight, missing) = (Sight::default(), Missing::new(grid.cells()));
+        Ok(Self { stage, cameras, extrinsics, calibration, faults, sight, missing, kept, shown })
     }
 
     /// What both cameras see.
@@ -148,10 +154,13 @@ impl Sense for Eyes {
             camera_m: rotation::apply(&rotation::transposed(&camera.rotation), camera.translation),
         };
         let view = ViewReadings::of(&pixels, &found, &self.calibration, grid, grid.edges_m()[0], &heard);
-        let likelihood = self.sight.likelihood_of(grid, &view, None)?;
+        let mut likelihood = self.sight.likelihood_of(grid, &view, None)?;
         let fields = self.cameras.fields_degrees();
         let readings = view.readings.iter().flatten().count();
-        let view = super::neck::view(grid, attitude, fields, &view.readings);
+        // At its left edge the left picture shows what the right camera cannot see.
+        let alone = self.cameras.baseline_m / NEAR_M;
+        let view = super::neck::view(grid, attitude, fields, alone, &view.readings);
+        self.missing.add(prior, &view, &mut likelihood)?;
         let Pair { left, right, .. } = pair;
         *self.shown.borrow_mut() = Some(Views { pair: [left, right], found });
         Ok(Sensed {
@@ -161,5 +170,13 @@ impl Sense for Eyes {
             simulated_ms,
             ..Sensed::default()
         })
+    }
+
+    fn memory(&self) -> Vec<f32> {
+        self.missing.was_read().to_vec()
+    }
+
+    fn remember(&mut self, memory: &[f32]) {
+        self.missing.restore(memory);
     }
 }

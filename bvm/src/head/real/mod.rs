@@ -33,6 +33,8 @@ pub struct Senses {
     pub audio: bool,
     /// The inertial sensor; without it the attitude is what the neck was told.
     pub imu: bool,
+    /// Whether the map carries the joint distribution of O and V (`models/cell_joint.bp`).
+    pub joint: bool,
 }
 
 /// The last pictures of a head, for its report.
@@ -58,7 +60,8 @@ pub fn head(scene: &Scene, senses: Senses, seed: u64) -> Result<(Head, Shown), E
     }
     let balance = imu::InertialSense::new(&stage, scene.imu, faults, senses.imu);
     let neck = SlewingNeck::new(&stage, scene, extrinsics, camera_of(scene));
-    Ok((Head::new(Map::new(grid)?, own, Box::new(balance), Box::new(neck)), shown))
+    let map = if senses.joint { Map::with_joint(grid)? } else { Map::new(grid)? };
+    Ok((Head::new(map, own, Box::new(balance), Box::new(neck)), shown))
 }
 
 /// The field of view of the cameras, for policies.

@@ -152,11 +152,12 @@ impl Neck for SlewingNeck {
 }
 
 /// Of each direction of the map: whether cameras with these fields of view have it in view, and whether there was a
-/// reading.
+/// reading. `alone` is the part of the view at its left edge, as a tangent, where no reading says nothing.
 pub(super) fn view(
     grid: &Grid,
     attitude: &Attitude,
     fields_degrees: [f64; 2],
+    alone: f64,
     readings: &[Option<RangeReading>],
 ) -> View {
     let to_head = transposed(&attitude.matrix());
@@ -166,7 +167,8 @@ pub(super) fn view(
         let ray = crate::frame::unit_vector(azimuth, elevation);
         let [ahead, left, up] = crate::vestibular::rotation::apply(&to_head, ray);
         let is_seen = ahead > 0.0 && left.abs() <= edges[0] * ahead && up.abs() <= edges[1] * ahead;
-        is_seen.then_some(reading.is_some())
+        let counts = reading.is_some() || left <= (edges[0] - alone) * ahead;
+        (is_seen && counts).then_some(reading.is_some())
     };
     grid.all_directions().zip(readings).map(one).collect()
 }
