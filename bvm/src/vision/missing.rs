@@ -1,22 +1,19 @@
 //! Directions in view without a reading, as evidence: `models/missing.bp`.
 //!
 //! In: the view of each look, the likelihood of its readings, the map. Out: likelihoods of the directions that were silent.
-//! Invariant: a cell from which no reading ever came gets no evidence from silence.
+//! Invariant: a cell about which no reading ever told anything gets no evidence from silence.
 
 use crate::error::Error;
 use crate::map::{Likelihood, Map};
 use crate::programs::missing;
 
-/// Below this probability of occupancy the surface of a cell has left: what comes next is another.
-const LEFT: f32 = 0.1;
-
-/// A likelihood ratio above this is evidence for a surface in the cell.
-const SPEAKS_FOR: f32 = 1.2;
+/// A likelihood ratio above this, or below its inverse, is evidence about a cell.
+const TELLS: f32 = 1.2;
 
 /// What was read so far.
 #[derive(Clone, Debug)]
 pub struct Missing {
-    /// Of each cell, `[ρ][φ][θ]`: 1 if a surface there gave a reading, 0 if none did.
+    /// Of each cell, `[ρ][φ][θ]`: 1 if readings told something about it, 0 if none did.
     was_read: Vec<f32>,
     answer: missing::nothing::Answer<f32>,
 }
@@ -52,11 +49,6 @@ impl Missing {
     ) -> Result<(), Error> {
         let (directions, bins) = (map.grid().directions(), map.grid().cells_rho());
         let cells = directions * bins;
-        for (was_read, occupied) in self.was_read.iter_mut().zip(map.occupancy()) {
-            if *occupied < LEFT {
-                *was_read = 0.0;
-            }
-        }
         let silent: Vec<usize> = (0..directions).filter(|ray| view[*ray] == Some(false)).collect();
         let each = |of: &[f32], first: usize| -> Vec<f32> {
             let none = std::iter::repeat_n(0.0, first * silent.len());
@@ -78,8 +70,10 @@ impl Missing {
         let (empty, occupied) = likelihood.split_at(cells);
         for ray in (0..directions).filter(|ray| view[*ray] == Some(true)) {
             for cell in (0..bins).map(|rho| rho * directions + ray) {
-                // If a surface is there, the reading came from it.
-                if occupied[cell] > SPEAKS_FOR * empty[cell] {
+                // A surface there gave the reading; or a reading came through the cell, so that a surface there is new, and
+                // would be read.
+                let (low, high) = (occupied[cell].min(empty[cell]), occupied[cell].max(empty[cell]));
+                if high > TELLS * low {
                     self.was_read[cell] = 1.0;
                 }
             }
@@ -122,10 +116,10 @@ mod tests {
         assert!(before > 0.98);
         let mut nothing = vec![1f32; 24];
         missing.add(&map, &[Some(false), None, None, None], &mut nothing).unwrap();
-        // By hand: the surface is first with the probability f that the cell before it is empty, and then silent with
-        // probability 0.1; otherwise, and without it, silence is certain.
+        // By hand: with a surface there, the first one is there or before it, and silent with probability 0.1. Without it
+        // silence is certain, but for a surface before it, of probability 1 − f.
         let f = 1.0 - f64::from(map.occupancy()[0]);
-        let expected = f * 0.1 + (1.0 - f);
+        let expected = 0.1 / (f + 0.1 * (1.0 - f));
         let found = f64::from(nothing[12 + 4] / nothing[4]);
         assert!((found - expected).abs() < 1e-4, "{found}, not {expected}");
         for look in 1..=3 {

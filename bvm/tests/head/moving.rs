@@ -43,14 +43,8 @@ fn forgotten_after(missing: bool) -> usize {
     assert!(at(&head, [2.4, 0.3]) > 0.9, "the guest is seen: {}", at(&head, [2.4, 0.3]));
     (1..=60)
         .find(|_| {
-            let look = head.look(&mut ahead).unwrap();
-            let seen = Spherical::from_cartesian([2.4, 0.3, -0.3]);
-            let (grid, map) = (head.map().grid(), head.map());
-            let direction = grid.direction_index(grid.direction_of(seen.azimuth, seen.elevation).unwrap());
-            let line: Vec<String> = (5..16)
-                .map(|rho| format!("{:.2}", map.occupancy()[rho * grid.directions() + direction]))
-                .collect();
-            println!("{missing} {:?} {} {line:?}", look.senses[0].readings, at(&head, [2.4, 0.3]));
+            head.look(&mut ahead).unwrap();
+            println!("{missing}: {:.3}", at(&head, [2.4, 0.3]));
             at(&head, [2.4, 0.3]) < 0.5
         })
         .unwrap_or(61)

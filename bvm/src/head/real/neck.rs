@@ -33,16 +33,25 @@ pub(super) struct SlewingNeck {
     rate_hz: f64,
     lag_s: f64,
     lever_m: [f64; 3],
-    /// The number of samples that were taken.
+    /// The number of samples that were taken, and the attitudes at the last two.
     samples: u64,
+    last: [Attitude; 2],
 }
 
 impl SlewingNeck {
     pub(super) fn new(stage: &Shared, scene: &Scene, extrinsics: Extrinsics, camera: DepthCamera) -> Self {
         let (rate_hz, lag_s) = (scene.imu.rate_hz, scene.imu.lag_s);
         let lever_m = extrinsics.imu.translation;
-        let mut neck =
-            Self { stage: stage.clone(), neck: scene.neck, camera, rate_hz, lag_s, lever_m, samples: 0 };
+        let mut neck = Self {
+            stage: stage.clone(),
+            neck: scene.neck,
+            camera,
+            rate_hz,
+            lag_s,
+            lever_m,
+            samples: 0,
+            last: [Attitude::default(); 2],
+        };
         neck.rest(BEFORE_S);
         neck
     }
@@ -69,9 +78,10 @@ impl SlewingNeck {
                 break;
             }
             self.samples += 1;
-            let [before, now] = [time - dt, time].map(at);
+            let now = at(time);
+            let [older, before] = std::mem::replace(&mut self.last, [self.last[1], now]);
             let rate = rate_between(&before, &now, dt);
-            let last = rate_between(&at(time - 2.0 * dt), &before, dt);
+            let last = rate_between(&older, &before, dt);
             let (_, mut force) = at_rest(&now);
             // At the end of a lever the turn is felt too.
             let spin = [0, 1, 2].map(|axis| (rate[axis] - last[axis]) / dt);
@@ -203,14 +213,15 @@ mod tests {
     fn limits_hold() {
         let scene = Scene::find("empty").unwrap();
         let stage = Stage::new(scene.world(1), 1);
-        let mut neck = SlewingNeck::new(&stage, &scene, Extrinsics::of(0.12, 0.0), DepthCamera::default());
+        let camera = DepthCamera { field_degrees: [80.0, 50.0], ..DepthCamera::default() };
+        let mut neck = SlewingNeck::new(&stage, &scene, Extrinsics::of(0.12, 0.0), camera);
         let turned = neck.turn(Gaze::at(3.0, -1.5), &Attitude::default()).unwrap();
         assert!((turned.gaze.azimuth.to_degrees() - 150.0).abs() < 1e-9);
         assert!((turned.gaze.elevation.to_degrees() + 60.0).abs() < 1e-9);
         assert!(neck.reaches((3.1, 0.0)), "within half a field of view of the limit");
         assert!(
             !neck.reaches((0.0, 1.57)),
-            "the pole is 30 degrees beyond the limit, and half the view is 30 high"
+            "the pole is 30 degrees beyond the limit, and half the view is 25 high"
         );
     }
 }
