@@ -79,7 +79,8 @@ impl SlewingNeck {
             }
             self.samples += 1;
             let now = at(time);
-            let [older, before] = std::mem::replace(&mut self.last, [self.last[1], now]);
+            let [older, before] = self.last;
+            self.last = [before, now];
             let rate = rate_between(&before, &now, dt);
             let last = rate_between(&older, &before, dt);
             let (_, mut force) = at_rest(&now);
