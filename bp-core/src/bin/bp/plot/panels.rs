@@ -55,7 +55,7 @@ fn measured(figure: &Figure) -> Option<(f64, f64, &'static str)> {
             Some((expectation, error.unwrap_or(0.0), "expectation"))
         }
         Figure::Variance { variance, error } => Some((variance, error.unwrap_or(0.0), "variance")),
-        Figure::Entropy { entropy } => Some((entropy, 0.0, "entropy (nats)")),
+        Figure::Entropy { entropy, error } => Some((entropy, error.unwrap_or(0.0), "entropy (nats)")),
         Figure::Information { information } => Some((information, 0.0, "mutual information (nats)")),
         Figure::Divergence { divergence, .. } => Some((divergence, 0.0, "divergence (nats)")),
         _ => None,
