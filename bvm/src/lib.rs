@@ -13,7 +13,9 @@
 
 pub mod audition;
 pub mod error;
+pub mod experiment;
 pub mod exploration;
+pub mod export;
 pub mod frame;
 pub mod grid;
 pub mod head;

@@ -25,6 +25,7 @@ enum Command {
     Balance(Box<command::balance::Arguments>),
     #[command(subcommand)]
     Calibrate(command::calibrate::Sense),
+    Experiment(command::experiment::Arguments),
     Explore(command::explore::Arguments),
     Listen(command::listen::Arguments),
     Look(command::look::Arguments),
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Balance(arguments) => command::balance::run(&arguments),
         Command::Calibrate(sense) => command::calibrate::run(&sense),
+        Command::Experiment(arguments) => command::experiment::run(&arguments),
         Command::Explore(arguments) => command::explore::run(&arguments),
         Command::Listen(arguments) => command::listen::run(&arguments),
         Command::Look(arguments) => command::look::run(&arguments),

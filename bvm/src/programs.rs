@@ -21,6 +21,14 @@ bayesian_program!("models/rest.bp");
 bayesian_program!("models/self_motion.bp");
 bayesian_program!("models/tilt_translation.bp");
 bayesian_program!("models/gaze.bp");
+bayesian_program!("models/paper.bp");
+bayesian_program!("models/inhibited.bp");
+bayesian_program!("models/entropy_in_view.bp");
+bayesian_program!("models/information_gain.bp");
+bayesian_program!("models/attention.bp");
+bayesian_program!("models/null.bp");
+bayesian_program!("models/random.bp");
+bayesian_program!("models/sweep.bp");
 bayesian_program!("models/view.bp");
 
 /// `models/scanline.bp`. No code is emitted for its question, which is over time: it is compiled at run time.

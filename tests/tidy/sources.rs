@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 49] = [
+const PACKAGES: [&str; 51] = [
     "allocation-counter",
     "ariadne",
     "arrow-array",
     "arrow-schema",
     "atomic-write-file",
+    "base64",
     "bp-core",
     "bp-macros",
     "bvm",
@@ -30,6 +31,7 @@ const PACKAGES: [&str; 49] = [
     "libm",
     "lsp-server",
     "lsp-types",
+    "mcap",
     "memmap2",
     "naga",
     "nalgebra",

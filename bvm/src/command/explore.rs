@@ -8,31 +8,34 @@ use super::look::EvidenceName;
 use super::{check_folder, print};
 use bvm::audition::checksum;
 use bvm::error::Error;
-use bvm::exploration::{Episode, Report, Rule, entropies};
+use bvm::exploration::{Episode, Gazer, PolicyKind, Record, Report, entropies};
 use bvm::head::checkpoint::{Checkpoint, Settings};
 use bvm::head::{Account, Ended, Head, Look, account, depth, real, run as look_on, tracks::tracks};
+use bvm::map::Map;
 use bvm::vision::EvidenceKind;
 use bvm::world::scene::{DEFAULT, Scene};
 use bvm::world::sensors::DepthCamera;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Explore a simulated room by entropy, and compare gaze strategies.
+/// Explore a simulated room by entropy, and compare gaze policies.
 #[derive(Args)]
 #[command(after_help = "A look: sense, predict, estimate, choose a gaze, turn. With --senses depth,\n\
-a random and a sweeping gaze run beside it in the same world. The other senses\n\
-are those of a whole head: rendered stereo pairs (stereo), waveforms at two ears\n\
-(audio), inertial samples (imu), each through the code of look, listen and\nbalance.\n\n\
+a gaze without a map, a random and a sweeping one run beside it in the same\n\
+world. The other senses are those of a whole head: rendered stereo pairs\n\
+(stereo), waveforms at two ears (audio), inertial samples (imu), each through\n\
+the code of look, listen and balance.\n\n\
 Scenes: furnished, empty, office, corridor, speaker_behind, two_speakers,\n\
 passer_by, door, hands, glass_and_black, fog, box; or a scene file (TOML).\n\n\
 Ctrl-C keeps what is done; --resume goes on.\n\n\
-Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --evidence hard\n  \
+Examples:\n  bvm explore\n  bvm explore --steps 60 --seed 7 --out run\n  bvm explore --policy attention\n  \
 bvm explore --scene office --senses stereo,audio,imu --steps 20\n  \
 bvm explore --scene my.toml --out run --resume\n  \
-bvm explore --json | jq '.rules[0].final_entropy_share'")]
+bvm explore --json | jq '.policies[0].final_entropy_share'")]
 pub(crate) struct Arguments {
     /// The world: a name, or a scene file.
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT)]
@@ -51,6 +54,16 @@ pub(crate) struct Arguments {
     /// Number of looks.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     steps: u32,
+    /// Gaze policy.
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = PolicyKind::Inhibited.name(),
+        value_parser = policy_parser(),
+        hide_possible_values = true,
+        help = "Gaze policy: inhibited (entropy gradient and inhibition\nof return), paper (the gradient as printed), view,\ninformation-gain, attention, null, random or sweep"
+    )]
+    policy: PolicyKind,
     /// Random seed of world and noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -85,6 +98,15 @@ pub(crate) struct Arguments {
     /// Print the figures as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// The policies that run beside the one that is asked for.
+const COMPARED: [PolicyKind; 3] = [PolicyKind::Null, PolicyKind::Random, PolicyKind::Sweep];
+
+/// Reads the name of a policy.
+pub(crate) fn policy_parser() -> impl TypedValueParser<Value = PolicyKind> {
+    let names = PossibleValuesParser::new(PolicyKind::ALL.map(PolicyKind::name));
+    names.map(|name| PolicyKind::of_name(&name).expect("internal: one of the names"))
 }
 
 /// A sense, as an argument.
@@ -139,32 +161,40 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         }
         false => real::head(&scene, senses, arguments.seed).map(|(head, shown)| (head, Some(shown))),
     };
-    let rules: &[Rule] = if is_fast { &Rule::ALL } else { &Rule::ALL[..1] };
+    let mut policies = vec![arguments.policy];
+    if is_fast {
+        policies.extend(COMPARED.into_iter().filter(|other| *other != arguments.policy));
+    }
     let stop = interruption();
     let steps = arguments.steps as usize;
-    let bar = ProgressBar::new((rules.len() * steps) as u64);
+    let bar = ProgressBar::new((policies.len() * steps) as u64);
     let style = ProgressStyle::with_template("{prefix:>16} [{bar:24}] {pos}/{len} looks, {eta} left  {msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     let world = scene.world(arguments.seed);
     let (mut episodes, mut checkpoints, mut accounts) = (Vec::new(), Vec::new(), Vec::new());
     let mut pictures = None;
-    for rule in rules {
-        bar.set_prefix(rule.name());
+    let mut record = Record::new(&arguments.out, steps, arguments.resume)?;
+    for kind in policies {
+        bar.set_prefix(kind.name());
         let (mut head, shown): (Head, _) = head()?;
         let (camera, tilt) = match is_fast {
             true => (DepthCamera::default(), depth::MOST_TILT),
             false => (real::camera_of(&scene), real::most_tilt(&scene)),
         };
-        let mut policy = rule.policy(head.map(), &camera, tilt, arguments.seed);
+        let mut policy = Gazer::new(kind, &camera, head.map().grid(), tilt, arguments.seed);
         let initial = entropies(head.map());
-        let mut checkpoint = Checkpoint::new(&arguments.out, settings(arguments, &scene, *rule));
+        let mut checkpoint = Checkpoint::new(&arguments.out, settings(arguments, &scene, kind));
         let mut looks: Vec<Look> = match arguments.resume {
-            true => checkpoint.resume(&mut head, policy.as_mut())?,
+            true => checkpoint.resume(&mut head, &mut policy)?,
             false => Vec::new(),
         };
         let resumed_after = looks.len();
         bar.inc(resumed_after as u64);
-        let done = |look: &Look| {
+        let done = |map: &Map, look: &Look| {
+            // The first policy is the one that was asked for; the others are compared with it.
+            if kind == arguments.policy {
+                record.add(map, look);
+            }
             bar.inc(1);
             bar.set_message(format!(
                 "H {:.1} %, {} open",
@@ -172,8 +202,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
                 look.open_directions
             ));
         };
-        let ended =
-            look_on(&mut head, policy.as_mut(), &mut looks, steps, Some(&mut checkpoint), &stop, done)?;
+        let ended = look_on(&mut head, &mut policy, &mut looks, steps, Some(&mut checkpoint), &stop, done)?;
         checkpoints.push(checkpoint);
         let account = Account {
             scene: scene.name.clone(),
@@ -190,7 +219,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             looks: looks.clone(),
         };
         accounts.push(account);
-        episodes.push(Episode::of(*rule, initial, head, looks, &world));
+        episodes.push(Episode::of(kind, initial, head, looks, &world));
         pictures = pictures.or(shown);
         if ended == Ended::Interrupted {
             break;
@@ -206,6 +235,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         report = report.with(account);
     }
     let mut files = report.write(&arguments.out, &world, &episodes)?;
+    let title = format!("{} (scene {}, seed {})", scene.title, scene.name, arguments.seed);
+    files.extend(record.leave(&arguments.out, &title, &episodes)?);
     if let Some(views) = pictures.and_then(|shown| shown.borrow().clone()) {
         let path = arguments.out.join("cameras.png");
         bvm::report::cameras(&views.pair, &views.found).write(&path)?;
@@ -235,7 +266,7 @@ fn step_s(looks: &[Look]) -> f64 {
     }
 }
 
-fn settings(arguments: &Arguments, scene: &Scene, rule: Rule) -> Settings {
+fn settings(arguments: &Arguments, scene: &Scene, policy: PolicyKind) -> Settings {
     let senses: Vec<&str> = arguments.senses.iter().map(|sense| sense.name()).collect();
     let evidence: EvidenceKind = arguments.evidence.into();
     Settings {
@@ -245,7 +276,7 @@ fn settings(arguments: &Arguments, scene: &Scene, rule: Rule) -> Settings {
         senses: senses.join(",")
             + if arguments.missing { " with missing readings" } else { "" }
             + if arguments.joint { " with the joint distribution" } else { "" },
-        policy: rule.name().to_owned(),
+        policy: policy.name().to_owned(),
         evidence: evidence.name().to_owned(),
     }
 }

@@ -5,6 +5,7 @@
 
 pub(crate) mod balance;
 pub(crate) mod calibrate;
+pub(crate) mod experiment;
 pub(crate) mod explore;
 pub(crate) mod listen;
 pub(crate) mod look;

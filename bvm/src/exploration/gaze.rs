@@ -1,19 +1,15 @@
-//! The choice of the next gaze: `models/gaze.bp` and `models/view.bp` over the map.
+//! The choice of a gaze from a single map: `models/gaze.bp`.
 //!
 //! In: the map and the heading. Out: the direction that bisects the chosen cell, in the map's frame. Invariant:
-//! among equals the direction nearest to the heading is chosen, then the first.
-//!
-//! `gaze.bp` is the paper's rule: the frontier cell with the steepest entropy (Eq. 6). It compares single cells,
-//! including hidden ones, which stay unknown however often one looks, so that every depth step of a surface attracts
-//! it.
+//! among equals the direction nearest to the heading is chosen, then the first. A head that looks repeatedly has a
+//! [`super::Gazer`].
 
 use crate::error::Error;
 use crate::frame::great_circle;
-use crate::grid::{Direction, Grid};
+use crate::grid::Grid;
 use crate::head::{Gaze, Policy};
 use crate::map::{Heading, Map};
-use crate::programs::{gaze, view};
-use crate::world::sensors::DepthCamera;
+use crate::programs::gaze;
 use bp_core::compiler::answer::argmax;
 
 /// The angle of each direction to the heading, rad.
@@ -56,97 +52,6 @@ impl Gradient {
 impl Policy for Gradient {
     fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
         Gradient::choose(self, map, heading)
-    }
-}
-
-impl Policy for View {
-    fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
-        View::choose(self, map, heading)
-    }
-}
-
-/// The least probability of occupancy with which a cell occludes: seen cells reach it, cells that were only heard do
-/// not.
-const OCCLUDES: f32 = 0.9;
-
-/// The rule of the entropy in view, for one camera, with its buffers.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// For each elevation of the camera and each row of the grid: the number of visible columns to either side; none if
-    /// the row is not visible.
-    reach: Vec<Vec<Option<usize>>>,
-    answer: view::look::Answer<f32>,
-}
-
-impl View {
-    /// The views of a camera with a tilt of at most `most_tilt` radians.
-    pub fn of(camera: &DepthCamera, grid: &Grid, most_tilt: f64) -> Self {
-        let elevation = |row: usize| grid.direction_centre(Direction { elevation: row, azimuth: 0 }).1;
-        let reach = |tilt: f64, row: usize| {
-            let sees = |columns: &usize| {
-                camera.sees((*columns as f64 * grid.azimuth_step(), elevation(row)), tilt).is_some()
-            };
-            (0..=grid.azimuth_cells() / 2).take_while(sees).last()
-        };
-        let rows = 0..grid.elevation_cells();
-        let reach = rows.clone().map(|tilt| match elevation(tilt) {
-            tilt if tilt.abs() > most_tilt => vec![None; grid.elevation_cells()],
-            tilt => rows.clone().map(|row| reach(tilt, row)).collect(),
-        });
-        Self { reach: reach.collect(), answer: Default::default() }
-    }
-
-    /// The direction with the most entropy in view.
-    ///
-    /// # Errors
-    /// Only the kernel's own checks, which valid data pass.
-    pub fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error> {
-        let grid = map.grid();
-        let gain = self.gains(map);
-        view::look().directions(grid.directions()).gain(&gain).run_into(&mut self.answer)?;
-        let chosen = argmax(self.answer.scores(), Some(&away(grid, heading)));
-        Ok(
-            match chosen.first().and_then(|index| grid.direction(*index).map(|direction| (*index, direction)))
-            {
-                Some((index, direction)) => {
-                    let (azimuth, elevation) = grid.direction_centre(direction);
-                    Gaze { azimuth, elevation, score: f64::from(gain[index]), range_m: None }
-                }
-                None => Gaze::at(heading.yaw, 0.0),
-            },
-        )
-    }
-
-    /// The entropy in view of each direction.
-    fn gains(&self, map: &Map) -> Vec<f32> {
-        let grid = map.grid();
-        let (columns, directions) = (grid.azimuth_cells(), grid.directions());
-        // The entropy of each line of sight, up to the first cell that is occupied with near certainty.
-        let shown = |direction: usize| {
-            let line = (0..grid.cells_rho()).map(|depth| depth * directions + direction);
-            let open = |cell: &usize| map.occupancy()[*cell] < OCCLUDES;
-            line.take_while(open).map(|cell| f64::from(map.entropy()[cell].max(0.0))).sum::<f64>()
-        };
-        // Cumulative sums over columns, twice around, so that any range of columns is a difference.
-        let sums: Vec<Vec<f64>> = (0..grid.elevation_cells())
-            .map(|row| {
-                let mut sums = vec![0.0];
-                let line: Vec<f64> = (0..columns).map(|column| shown(row * columns + column)).collect();
-                for column in 0..3 * columns {
-                    sums.push(sums[column] + line[column % columns]);
-                }
-                sums
-            })
-            .collect();
-        let view = |tilt: usize, column: usize| -> f64 {
-            let rows = self.reach[tilt].iter().zip(&sums);
-            rows.filter_map(|(reach, sums)| {
-                let reach = (*reach)?.min((columns - 1) / 2);
-                Some(sums[column + columns + reach + 1] - sums[column + columns - reach])
-            })
-            .sum()
-        };
-        (0..directions).map(|direction| view(direction / columns, direction % columns) as f32).collect()
     }
 }
 

@@ -1,56 +1,32 @@
 //! Active exploration: the loop of sensing, prediction, estimation, choice of a gaze, and turning.
 //!
-//! In: a world and a gaze strategy. Out: an [`Episode`]: the map, and a record of each step. Invariant: all strategies
+//! In: a world and a gaze policy. Out: an [`Episode`]: the map, and a record of each step. Invariant: all policies
 //! run in the same world with the same noise; only the gaze differs.
 
 mod gaze;
+mod leave;
+mod page;
+mod policy;
 mod report;
 mod score;
 
 pub use crate::head::Gaze;
-pub use gaze::{Gradient, View};
+pub use gaze::Gradient;
+pub use leave::Record;
+pub use page::Frames;
+pub use policy::{FieldOfView, Gazer, Looks, PolicyKind};
 pub use report::Report;
 pub use score::Score;
 
 use crate::error::Error;
 use crate::frame::wrap_angle;
-use crate::head::{Head, Look, Policy, depth, run};
+use crate::head::{Head, Look, depth, run};
 use crate::map::{Heading, Map};
 use crate::vision::EvidenceKind;
+use crate::world::World;
 use crate::world::sensors::DepthCamera;
-use crate::world::{World, seeded};
-use rand::{Rng, RngExt};
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
-
-/// A gaze strategy.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Rule {
-    /// The most entropy in view: `models/view.bp`.
-    View,
-    /// The steepest entropy at the frontier, as the paper prints it: `models/gaze.bp`.
-    Gradient,
-    /// Uniformly random on the sphere.
-    Random,
-    /// A sweep around, at three elevations.
-    Sweep,
-}
-
-impl Rule {
-    /// All of them, the default first.
-    pub const ALL: [Rule; 4] = [Rule::View, Rule::Gradient, Rule::Random, Rule::Sweep];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Rule::View => "entropy in view",
-            Rule::Gradient => "entropy gradient",
-            Rule::Random => "random gaze",
-            Rule::Sweep => "sweep",
-        }
-    }
-}
 
 /// The record of a step.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -86,11 +62,11 @@ impl From<&Look> for Step {
     }
 }
 
-/// A run of one strategy.
+/// A run of one policy.
 #[derive(Clone, Debug)]
 pub struct Episode {
-    /// The strategy.
-    pub rule: Rule,
+    /// The policy.
+    pub policy: PolicyKind,
     /// Entropies before the first step: Σ H(O, V) and Σ H(O), nats.
     pub initial: [f64; 2],
     /// The steps.
@@ -107,18 +83,18 @@ pub struct Episode {
     pub time_s: f64,
 }
 
-/// Explores the built-in room, with this kind of evidence from a range reading.
+/// Explores the built-in room, with this kind of evidence from a range reading; `done` sees the map after each look.
 ///
 /// # Errors
 /// An invalid grid.
 pub fn explore(
-    rule: Rule,
+    policy: PolicyKind,
     evidence: EvidenceKind,
     steps: usize,
     seed: u64,
-    done: impl FnMut(),
+    done: impl FnMut(&Map, &Look),
 ) -> Result<Episode, Error> {
-    explore_world(&World::embedded(seed), rule, evidence, steps, seed, done)
+    explore_world(&World::embedded(seed), policy, evidence, steps, seed, done)
 }
 
 /// Explores a world with the fast head of [`depth`]; ends before `steps` where nothing is left to see.
@@ -127,19 +103,20 @@ pub fn explore(
 /// An invalid grid.
 pub fn explore_world(
     world: &World,
-    rule: Rule,
+    policy: PolicyKind,
     evidence: EvidenceKind,
     steps: usize,
     seed: u64,
-    mut done: impl FnMut(),
+    mut done: impl FnMut(&Map, &Look),
 ) -> Result<Episode, Error> {
     let mut head = depth::head(world.clone(), evidence, seed)?;
-    let mut policy = rule.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, seed);
+    let (camera, grid) = (DepthCamera::default(), head.map().grid());
+    let mut gazer = Gazer::new(policy, &camera, grid, depth::MOST_TILT, seed);
     let initial = entropies(head.map());
     let mut looks = Vec::with_capacity(steps);
     let never = AtomicBool::new(false);
-    run(&mut head, policy.as_mut(), &mut looks, steps, None, &never, |_| done())?;
-    Ok(Episode::of(rule, initial, head, looks, world))
+    run(&mut head, &mut gazer, &mut looks, steps, None, &never, |map, look| done(map, look))?;
+    Ok(Episode::of(policy, initial, head, looks, world))
 }
 
 /// Σ H(O, V) and Σ H(O) of a map, nats.
@@ -150,43 +127,11 @@ pub fn entropies(map: &Map) -> [f64; 2] {
 
 impl Episode {
     /// The end of a run of a head in a world; `initial` are the [`entropies`] before it.
-    pub fn of(rule: Rule, initial: [f64; 2], head: Head, looks: Vec<Look>, world: &World) -> Self {
+    pub fn of(policy: PolicyKind, initial: [f64; 2], head: Head, looks: Vec<Look>, world: &World) -> Self {
         let looked_s = looks.last().map_or(0.0, |look| look.time_s);
         let score = Score::of(head.map(), &world.truth_state(head.map().grid(), looked_s));
         let (heading, time_s) = (head.attitude().heading(), head.time_s());
         let steps = looks.iter().map(Step::from).collect();
-        Self { rule, initial, steps, looks, map: head.into_map(), score, heading, time_s }
+        Self { policy, initial, steps, looks, map: head.into_map(), score, heading, time_s }
     }
-}
-
-impl Rule {
-    /// The policy of the strategy, for a camera that tilts by at most `most_tilt` radians.
-    pub fn policy(self, map: &Map, camera: &DepthCamera, most_tilt: f64, seed: u64) -> Box<dyn Policy> {
-        let mut noise = seeded(seed, "gaze");
-        let field = camera.field_degrees;
-        let mut number = 0;
-        match self {
-            Rule::View => Box::new(View::of(camera, map.grid(), most_tilt)),
-            Rule::Gradient => Box::new(Gradient::default()),
-            Rule::Random => Box::new(move |_: &Map, _: &Heading| Ok(random_gaze(&mut noise))),
-            Rule::Sweep => Box::new(move |_: &Map, _: &Heading| {
-                number += 1;
-                Ok(sweep_gaze(number, field))
-            }),
-        }
-    }
-}
-
-fn random_gaze(random: &mut impl Rng) -> Gaze {
-    let azimuth = random.random_range(-std::f64::consts::PI..std::f64::consts::PI);
-    let elevation = random.random_range(-1.0..1.0f64).asin();
-    Gaze::at(azimuth, elevation)
-}
-
-/// A sweep of adjacent fields of view: around the horizon, then above, then below.
-fn sweep_gaze(number: usize, [across, upwards]: [f64; 2]) -> Gaze {
-    let around = (360.0 / across).ceil() as usize;
-    let elevation = [0.0, upwards, -upwards][(number / around) % 3].to_radians();
-    let azimuth = ((number % around) as f64 * across).to_radians();
-    Gaze::at(azimuth, elevation)
 }

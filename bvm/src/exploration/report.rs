@@ -1,9 +1,9 @@
 //! The report of a run: pictures and figures.
 //!
-//! In: the episodes of all rules in one world. Out: PNG pictures and `run.json`. Invariant: each file is written whole
-//! or not at all; the map shown is that of the first strategy.
+//! In: the episodes of some policies in one world. Out: PNG pictures and `run.json`. Invariant: each file is written whole
+//! or not at all; the map shown is that of the first policy.
 
-use super::{Episode, Rule, Score, Step};
+use super::{Episode, PolicyKind, Score, Step};
 use crate::error::Error;
 use crate::frame::wrap_angle;
 use crate::head::Account;
@@ -29,15 +29,15 @@ pub struct Report {
     /// The evidence from a range reading.
     evidence: EvidenceKind,
     grid: crate::grid::GridConfiguration,
-    rules: Vec<RuleReport>,
+    policies: Vec<PolicyReport>,
     /// The scene, and what the senses gave.
     #[serde(skip_serializing_if = "Option::is_none")]
     run: Option<Account>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct RuleReport {
-    rule: Rule,
+struct PolicyReport {
+    policy: PolicyKind,
     /// Σ H(O, V) before the first step, nats.
     initial_entropy: f64,
     /// Σ H(O, V) after the last step, as a share of the initial one.
@@ -59,7 +59,7 @@ struct RuleReport {
 impl Report {
     /// Collects the figures of a run.
     pub fn new(seed: u64, evidence: EvidenceKind, episodes: &[Episode]) -> Self {
-        let rules = episodes.iter().map(|episode| {
+        let policies = episodes.iter().map(|episode| {
             let share = |value: &dyn Fn(&Step) -> f64, initial: f64| {
                 let shares: Vec<f64> = episode.steps.iter().map(|step| value(step) / initial).collect();
                 let mean = shares.iter().sum::<f64>() / shares.len().max(1) as f64;
@@ -68,8 +68,8 @@ impl Report {
             let (last, area) = share(&|step| step.entropy, episode.initial[0]);
             let (last_occupancy, area_occupancy) = share(&|step| step.occupancy_entropy, episode.initial[1]);
             let error = |step: &Step| wrap_angle(step.true_yaw - step.estimated_yaw).abs().to_degrees();
-            RuleReport {
-                rule: episode.rule,
+            PolicyReport {
+                policy: episode.policy,
                 initial_entropy: episode.initial[0],
                 final_entropy_share: last,
                 final_occupancy_entropy_share: last_occupancy,
@@ -87,7 +87,7 @@ impl Report {
             evidence,
             steps: episodes.first().map_or(0, |episode| episode.steps.len()),
             grid: grid.unwrap_or_else(crate::grid::GridConfiguration::default_exploration),
-            rules: rules.collect(),
+            policies: policies.collect(),
             run: None,
         }
     }
@@ -97,23 +97,23 @@ impl Report {
         Self { run: Some(account), ..self }
     }
 
-    /// A table of the rules, under 80 columns.
+    /// A table of the policies, under 80 columns.
     pub fn table(&self) -> String {
         let mut table = format!(
             "{:<17}{:>7}{:>8}{:>11}{:>10}{:>7}{:>8}{:>11}\n",
             "gaze", "last H", "mean H", "mean H(O)", "log-loss", "false", "found", "yaw error"
         );
-        for rule in &self.rules {
+        for policy in &self.policies {
             table += &format!(
                 "{:<17}{:>6.1}%{:>7.1}%{:>10.1}%{:>10.4}{:>7}{:>7.1}%{:>10.2}°\n",
-                rule.rule.name(),
-                100.0 * rule.final_entropy_share,
-                100.0 * rule.area_under_entropy,
-                100.0 * rule.area_under_occupancy_entropy,
-                rule.score.log_loss,
-                rule.score.false_occupied,
-                100.0 * rule.score.found,
-                rule.worst_yaw_error_degrees
+                policy.policy.name(),
+                100.0 * policy.final_entropy_share,
+                100.0 * policy.area_under_entropy,
+                100.0 * policy.area_under_occupancy_entropy,
+                policy.score.log_loss,
+                policy.score.false_occupied,
+                100.0 * policy.score.found,
+                policy.worst_yaw_error_degrees
             );
         }
         table
@@ -136,7 +136,7 @@ yaw error  largest difference between the estimated yaw and the true one"
         let mut files: Vec<(&str, Picture)> = vec![
             (
                 "entropy.png",
-                curves("Entropy of the map, by gaze strategy", episodes, |episode| {
+                curves("Entropy of the map, by gaze policy", episodes, |episode| {
                     let rest = episode.steps.iter().map(|step| step.entropy);
                     std::iter::once(episode.initial[0]).chain(rest).collect()
                 })?,
@@ -149,7 +149,7 @@ yaw error  largest difference between the estimated yaw and the true one"
                 })?,
             ),
         ];
-        if let Some(episode) = episodes.iter().find(|episode| episode.rule == Rule::View) {
+        if let Some(episode) = episodes.first() {
             files.extend(pictures(world, episode)?);
         }
         let mut paths = Vec::new();
@@ -173,7 +173,7 @@ fn curves(
 ) -> Result<Picture, Error> {
     let series: Vec<Series> = episodes
         .iter()
-        .map(|episode| Series { name: episode.rule.name().to_owned(), values: values(episode), band: None })
+        .map(|episode| Series { name: episode.policy.name().to_owned(), values: values(episode), band: None })
         .collect();
     Ok(entropy_curves(title, &series)?)
 }

@@ -21,8 +21,10 @@ pub struct Score {
     /// Number of free cells with P(O) above the threshold, except the last one before the first surface of its line of
     /// sight, which is a surface one cell too near.
     pub false_occupied: usize,
-    /// Share of the first surface cells with P(O) above the threshold.
+    /// Share of the first surface cells with P(O) above the threshold: the recall of surfaces.
     pub found: f64,
+    /// Share of the found surface cells among these and the false ones; 1 if there are none of either.
+    pub precision: f64,
 }
 
 impl Score {
@@ -50,7 +52,13 @@ impl Score {
             cells += 1;
         }
         let share = |part: f64, all: usize| part / all.max(1) as f64;
-        Self { log_loss: share(loss, cells), false_occupied, found: share(found as f64, surfaces) }
+        let taken = found + false_occupied;
+        Self {
+            log_loss: share(loss, cells),
+            false_occupied,
+            found: share(found as f64, surfaces),
+            precision: if taken == 0 { 1.0 } else { share(found as f64, taken) },
+        }
     }
 }
 
@@ -91,5 +99,6 @@ mod tests {
         assert!((score.log_loss - expected).abs() < 1e-6, "{score:?}");
         assert_eq!(score.false_occupied, 1);
         assert!((score.found - 1.0 / 3.0).abs() < 1e-12);
+        assert_eq!(score.precision, 0.5);
     }
 }

@@ -87,6 +87,9 @@ impl Head {
                 ms,
                 simulated_ms: sensed.simulated_ms,
             });
+            if let Some(likelihood) = &likelihood {
+                policy.sensed(sense.name(), likelihood);
+            }
             likelihoods.extend(likelihood);
         }
         let begun = Instant::now();
@@ -99,6 +102,7 @@ impl Head {
         let gaze_ms = milliseconds(begun);
         let (attitude, gaze) = (self.attitude, Gaze { azimuth: wrap_angle(self.gaze.azimuth), ..self.gaze });
         let (turned, turn_ms, felt) = self.turn(chosen)?;
+        policy.turned(&turned.gaze);
         contributions.push(felt);
         Ok(Look {
             number: self.looks,
@@ -152,7 +156,8 @@ impl Head {
         }
         self.looks += 1;
         policy.choose(&self.map, &self.attitude.heading())?;
-        self.turn(look.next)?;
+        let (turned, ..) = self.turn(look.next)?;
+        policy.turned(&turned.gaze);
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 //! In: the map and the heading. Out: a [`Gaze`]. Invariant: a policy knows nothing of the world.
 
 use crate::error::Error;
-use crate::map::{Heading, Map};
+use crate::map::{Heading, Likelihood, Map};
 use serde::{Deserialize, Serialize};
 
 /// A direction to look at.
@@ -34,6 +34,12 @@ pub trait Policy {
     /// # Errors
     /// Those of its program.
     fn choose(&mut self, map: &Map, heading: &Heading) -> Result<Gaze, Error>;
+
+    /// The likelihood of a sense, before the choice of the same look.
+    fn sensed(&mut self, _sense: &str, _likelihood: &Likelihood) {}
+
+    /// The gaze that the neck reached after the choice: the one that was chosen, within the limits of the neck.
+    fn turned(&mut self, _gaze: &Gaze) {}
 }
 
 impl<F: FnMut(&Map, &Heading) -> Result<Gaze, Error>> Policy for F {

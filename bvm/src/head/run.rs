@@ -6,6 +6,7 @@
 use super::checkpoint::Checkpoint;
 use super::{Head, Look, Policy};
 use crate::error::Error;
+use crate::map::Map;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -33,7 +34,7 @@ pub fn run(
     steps: usize,
     mut checkpoint: Option<&mut Checkpoint>,
     stop: &AtomicBool,
-    mut done: impl FnMut(&Look),
+    mut done: impl FnMut(&Map, &Look),
 ) -> Result<Ended, Error> {
     let ended = loop {
         if looks.last().is_some_and(|look| look.open_directions == 0) {
@@ -46,7 +47,7 @@ pub fn run(
             break Ended::Interrupted;
         }
         let look = head.look(policy)?;
-        done(&look);
+        done(head.map(), &look);
         looks.push(look);
         if let Some(checkpoint) = checkpoint.as_deref_mut().filter(|one| one.is_due()) {
             checkpoint.write(head, looks)?;

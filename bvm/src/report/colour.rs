@@ -15,13 +15,17 @@ pub(super) const FAINT: RGBColor = RGBColor(225, 228, 233);
 /// The current gaze.
 pub(super) const GAZE: RGBColor = RGBColor(214, 40, 57);
 /// Colours of the curves, distinguishable with red-green colour blindness.
-pub(super) const CURVES: [RGBColor; 6] = [
+pub(super) const CURVES: [RGBColor; 10] = [
     RGBColor(196, 50, 60),
     RGBColor(44, 102, 176),
     RGBColor(222, 146, 30),
     RGBColor(38, 138, 112),
     RGBColor(132, 84, 160),
     RGBColor(96, 104, 114),
+    RGBColor(86, 180, 233),
+    RGBColor(150, 100, 50),
+    RGBColor(20, 20, 20),
+    RGBColor(225, 120, 170),
 ];
 
 /// Colour maps.

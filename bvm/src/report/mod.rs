@@ -5,6 +5,7 @@
 //! probability. Invariant: a file appears whole or not at all, and every error names the file or the
 //! quantity.
 
+mod bands;
 mod cameras;
 mod colour;
 mod curves;
@@ -18,6 +19,7 @@ mod tests;
 mod text;
 mod top_view;
 
+pub use bands::{Band, bands};
 pub use cameras::cameras;
 pub use colour::ColourMap;
 pub use curves::{Series, entropy_curves};

@@ -140,11 +140,14 @@ fn explore_leaves_a_folder_and_the_same_figures_twice() {
     assert_eq!(first, second, "the same seed gives the same figures");
     let run: serde_json::Value = serde_json::from_slice(&first).unwrap();
     assert_eq!((&run["seed"], &run["steps"]), (&3.into(), &2.into()));
-    let rules = run["rules"].as_array().unwrap();
-    assert_eq!(rules.len(), bvm::exploration::Rule::ALL.len());
-    for rule in rules {
-        assert_eq!(rule["steps"].as_array().unwrap().len(), 2);
-        assert!(rule["final_entropy_share"].as_f64().unwrap() < 1.0, "a look teaches something");
+    let policies = run["policies"].as_array().unwrap();
+    assert_eq!(policies.len(), 4, "the default, and three to compare it with");
+    for policy in policies {
+        assert_eq!(policy["steps"].as_array().unwrap().len(), 2);
+        assert!(policy["final_entropy_share"].as_f64().unwrap() < 1.0, "a look teaches something");
+    }
+    for name in ["report.html", "map.ply", "map.bt", "map.ot"] {
+        assert!(folder.path().join("first").join(name).is_file(), "{name}");
     }
     for name in
         ["entropy.png", "occupancy_panorama.png", "entropy_panorama.png", "gaze_path.png", "top_view.png"]
@@ -280,11 +283,14 @@ fn folders_that_cannot_be_written_are_refused() {
 
 #[test]
 fn wrong_usage_is_code_2() {
-    let cases: [&[&str]; 6] = [
+    let cases: [&[&str]; 9] = [
         &[],
         &["explore", "--steps", "0"],
         &["explore", "--steps", "many"],
         &["explore", "--speed", "3"],
+        &["explore", "--policy", "greedy"],
+        &["experiment"],
+        &["experiment", "--seeds", "0", "--out", "runs"],
         &["look", "--left", "left.png"],
         &["listen"],
     ];
@@ -298,7 +304,7 @@ fn wrong_usage_is_code_2() {
 #[test]
 fn help_is_at_most_80_columns_wide() {
     let commands =
-        ["explore", "look", "replay", "calibrate", "listen", "balance", "synth"].map(|name| vec![name]);
+        ["explore", "experiment", "look", "replay", "calibrate", "listen", "balance", "synth"].map(|name| vec![name]);
     let others = [vec![], vec!["calibrate", "vision"], vec!["calibrate", "audition"]];
     for command in commands.iter().chain(&others) {
         for flag in ["-h", "--help"] {

@@ -1,6 +1,6 @@
 //! The fast head: ends, resumed runs, threads.
 
-use bvm::exploration::Rule;
+use bvm::exploration::PolicyKind;
 use bvm::head::checkpoint::{Checkpoint, Settings};
 use bvm::head::{Ended, Head, Look, depth, run};
 use bvm::map::{Heading, Map};
@@ -14,10 +14,10 @@ fn head(scene: &str, seed: u64) -> Head {
     depth::head(Scene::find(scene).unwrap().world(seed), EvidenceKind::Virtual, seed).unwrap()
 }
 
-fn looks(head: &mut Head, rule: Rule, steps: usize) -> (Vec<Look>, Ended) {
-    let mut policy = rule.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 1);
+fn looks(head: &mut Head, kind: PolicyKind, steps: usize) -> (Vec<Look>, Ended) {
+    let mut policy = kind.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 1);
     let mut looks = Vec::new();
-    let ended = run(head, policy.as_mut(), &mut looks, steps, None, &AtomicBool::new(false), |_| ()).unwrap();
+    let ended = run(head, policy.as_mut(), &mut looks, steps, None, &AtomicBool::new(false), |_, _| ()).unwrap();
     (looks, ended)
 }
 
@@ -28,7 +28,7 @@ fn bits(map: &Map) -> Vec<u32> {
 #[test]
 fn in_a_sealed_box_exploration_ends_and_says_what_is_hidden() {
     let mut head = head("box", 1);
-    let (looks, ended) = looks(&mut head, Rule::Sweep, 400);
+    let (looks, ended) = looks(&mut head, PolicyKind::Sweep, 400);
     assert_eq!(ended, Ended::NothingLeft);
     assert!(looks.len() < 200, "{} looks", looks.len());
     let unseeable = head.coverage().unseeable(head.map());
@@ -42,13 +42,13 @@ fn in_a_sealed_box_exploration_ends_and_says_what_is_hidden() {
 #[test]
 fn where_there_is_more_to_see_exploration_goes_on() {
     let mut head = head("furnished", 1);
-    assert_eq!(looks(&mut head, Rule::View, 40).1, Ended::Steps);
+    assert_eq!(looks(&mut head, PolicyKind::View, 40).1, Ended::Steps);
 }
 
 #[test]
 fn surfaces_without_readings_are_reported() {
     let mut head = head("glass_and_black", 1);
-    looks(&mut head, Rule::Sweep, 15);
+    looks(&mut head, PolicyKind::Sweep, 15);
     let share = head.coverage().unseeable(head.map()).without_reading;
     // The cupboard spans 34° to 67° of azimuth to the left at 1.4 m, the pane about as much to the right, the ceiling all
     // above 18 to 50°: between a tenth and a half of the sphere.
@@ -67,14 +67,14 @@ fn a_resumed_run_is_the_run() {
         evidence: String::from("virtual"),
     };
     let never = AtomicBool::new(false);
-    let policy = |head: &Head| Rule::Random.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 3);
+    let policy = |head: &Head| PolicyKind::Random.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 3);
     let go = |head: &mut Head, looks: &mut Vec<Look>, steps: usize, resume: bool| {
         let mut policy = policy(head);
         let mut checkpoint = Checkpoint::new(folder.path(), settings(3));
         if resume {
             *looks = checkpoint.resume(head, policy.as_mut()).unwrap();
         }
-        run(head, policy.as_mut(), looks, steps, Some(&mut checkpoint), &never, |_| ()).unwrap()
+        run(head, policy.as_mut(), looks, steps, Some(&mut checkpoint), &never, |_, _| ()).unwrap()
     };
     let (mut whole, mut all) = (head("office", 3), Vec::new());
     go(&mut whole, &mut all, 9, false);
@@ -97,7 +97,7 @@ fn one_thread_and_four_give_the_same_bits() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut head = head("office", 2);
-            looks(&mut head, Rule::View, 5);
+            looks(&mut head, PolicyKind::View, 5);
             bits(head.map())
         })
     };

@@ -1,6 +1,6 @@
 //! The whole head: pictures, waveforms and inertial samples in one loop.
 
-use bvm::exploration::{Rule, Score};
+use bvm::exploration::{PolicyKind, Score};
 use bvm::head::real::{self, Senses};
 use bvm::head::{Head, Look};
 use bvm::world::scene::Scene;
@@ -18,7 +18,7 @@ fn small(name: &str, more: &str) -> Scene {
 
 fn explored(scene: &Scene, senses: Senses, steps: usize) -> (Head, Vec<Look>) {
     let (mut head, _) = real::head(scene, senses, 1).unwrap();
-    let mut policy = Rule::Sweep.policy(head.map(), &real::camera_of(scene), real::most_tilt(scene), 1);
+    let mut policy = PolicyKind::Sweep.policy(head.map(), &real::camera_of(scene), real::most_tilt(scene), 1);
     let looks = (0..steps).map(|_| head.look(policy.as_mut()).unwrap()).collect();
     (head, looks)
 }

@@ -8,7 +8,9 @@ use bp_core::compiler::exec::{Inputs, Lanes, interpret};
 use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::{Options, Route, plan};
 use bp_core::compiler::space::{Edge, Moves, Space};
-use bvm::programs::{binaural, cell, gaze, line_of_sight, population_code, range_code, view};
+use bvm::programs::{
+    binaural, cell, entropy_in_view, gaze, information_gain, line_of_sight, population_code, range_code,
+};
 
 /// A small generator, so that the inputs are the same everywhere (Knuth's MMIX constants).
 struct Numbers(u64);
@@ -246,15 +248,44 @@ fn the_gaze_agrees_and_is_that_of_steps_1_to_3() {
     assert_eq!(argmax(&scores, None), argmax(found.scores(), None));
 }
 
+/// The worth of a line of sight by hand, of probabilities of occupancy and entropies from the inside out.
 #[test]
-fn the_view_agrees() {
-    let gain = Numbers(5).take(777);
-    let inputs = Inputs::new().size("Directions", gain.len()).array("gain", &gain);
-    let truth = by_kernel(&view::model(), "look", &inputs);
-    let mut found = view::look::Answer::default();
-    view::look().directions(gain.len()).gain(&gain).run_into(&mut found).unwrap();
-    assert_same("look", &truth[0], found.scores());
-    assert_same("weights are the gains", &gain, &truth[0]);
+fn the_worth_of_a_ray_agrees_and_is_a_sum_over_what_can_be_reached() {
+    let (depths, rays, mut numbers) = (5, 37, Numbers(5));
+    let (occupied, entropy) = (numbers.take(depths * rays), numbers.take(depths * rays));
+    let inputs = Inputs::new()
+        .size("Rays", rays)
+        .size("N", depths)
+        .number("occludes", 0.9)
+        .number("most", 2.0)
+        .array("occupied", &occupied)
+        .array("entropy", &entropy);
+    let truth = by_kernel(&entropy_in_view::model(), "worth", &inputs);
+    let mut found = entropy_in_view::worth::Answer::default();
+    let given = entropy_in_view::worth().rays(rays).n(depths).occupied(&occupied).entropy(&entropy).most(2.0);
+    given.run_into(&mut found).unwrap();
+    assert_same("entropy", &truth[0], found.distribution());
+    let inputs =
+        Inputs::new().size("Rays", rays).size("N", depths).number("open", 0.1).array("occupied", &occupied);
+    let truth = by_kernel(&information_gain::model(), "worth", &inputs);
+    let mut gain = information_gain::worth::Answer::default();
+    information_gain::worth().rays(rays).n(depths).occupied(&occupied).run_into(&mut gain).unwrap();
+    assert_same("gain", &truth[0], gain.entropy());
+    let of_two = |p: f64| -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
+    for ray in 0..rays {
+        let line = |values: &[f64]| (0..depths).map(|depth| values[depth * rays + ray]).collect::<Vec<_>>();
+        let (occupied, entropy) = (line(&occupied), line(&entropy));
+        let open = occupied.iter().take_while(|p| **p < 0.9).count();
+        let seen = entropy[..open].iter().sum::<f64>() / (2.0 * depths as f64);
+        assert!((found.p()[ray] - seen).abs() < 1e-12, "{seen}");
+        // The chain rule: the entropy of each cell, weighed by the probability that the ray comes there.
+        let (mut reached, mut sum) = (1.0, 0.0);
+        for p in occupied.iter().map(|p| 0.1 * p / (0.1 * p + 0.9 * (1.0 - p))) {
+            sum += reached * of_two(p);
+            reached *= 1.0 - p;
+        }
+        assert!((gain.entropy()[ray] - sum).abs() < 1e-12, "{sum}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! In: the default run of `bvm explore`, and turns that end anywhere within a cell. Out: log-loss and false cells, over
 //! the visible cells. Invariant: the truth is computed by ray casting, which the map does not use.
 
-use bvm::exploration::{Rule, Score, explore};
+use bvm::exploration::{PolicyKind, Score, explore};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::{Heading, Map};
 use bvm::vision::{EvidenceKind, Sight};
@@ -12,7 +12,7 @@ use bvm::world::{World, seeded};
 
 /// Log-loss and false cells of looks that use a reading as this kind of evidence, for each seed.
 fn scores(evidence: EvidenceKind, seeds: std::ops::RangeInclusive<u64>) -> Vec<Score> {
-    let one = |seed| explore(Rule::View, evidence, 40, seed, || ()).unwrap().score;
+    let one = |seed| explore(PolicyKind::Inhibited, evidence, 40, seed, |_, _| ()).unwrap().score;
     let scores: Vec<Score> = seeds.map(one).collect();
     scores.iter().zip(1..).for_each(|(score, seed)| println!("{evidence:?}, seed {seed}: {score:?}"));
     scores

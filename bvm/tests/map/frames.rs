@@ -223,8 +223,8 @@ fn an_exploration_looks_in_the_reported_directions() {
     let out = folder.path().join("out");
     let answer = run(&["explore", "--steps", "4", "--out", out.to_str().unwrap(), "--json"]);
     assert!(answer["frame"].as_str().unwrap().starts_with("x ahead, y left, z up"));
-    for rule in answer["rules"].as_array().unwrap() {
-        for step in rule["steps"].as_array().unwrap() {
+    for policy in answer["policies"].as_array().unwrap() {
+        for step in policy["steps"].as_array().unwrap() {
             let angle = |value: &Value| value.as_f64().unwrap();
             let off = angle(&step["true_yaw"]) - angle(&step["gaze"]["azimuth"]);
             assert!(off.sin().abs() < 0.02 && off.cos() > 0.0, "{step}");

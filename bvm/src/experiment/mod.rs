@@ -1,0 +1,82 @@
+//! The experiment: all policies in all scenes with several seeds.
+//!
+//! In: scenes, policies, seeds. Out: a file for each run, and figures over the seeds. Invariant: a run depends on its
+//! scene, policy and seed only, not on the number of threads or on other runs; a run that was written is not repeated.
+
+mod contender;
+mod floor;
+mod run;
+mod statistics;
+mod summary;
+
+pub use contender::Contender;
+pub use run::{Measured, Run};
+pub use statistics::{Mean, mean};
+pub use summary::{Figures, Summary};
+
+use crate::error::Error;
+use crate::report::write_atomically;
+use crate::world::scene::Scene;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The scenes.
+    pub scenes: Vec<Scene>,
+    /// The policies; the oracle and the floor are added, since figures are relative to them.
+    pub contenders: Vec<Contender>,
+    /// The random seeds.
+    pub seeds: Vec<u64>,
+    /// Looks of a run.
+    pub steps: usize,
+}
+
+impl Plan {
+    /// All runs, in order.
+    pub fn runs(&self) -> Vec<(&Scene, Contender, u64)> {
+        let mut contenders = self.contenders.clone();
+        contenders.extend([Contender::Oracle, Contender::Floor]);
+        contenders.sort();
+        contenders.dedup();
+        let runs = self.scenes.iter().flat_map(|scene| {
+            let of_scene = contenders
+                .iter()
+                .flat_map(move |contender| self.seeds.iter().map(move |seed| (scene, *contender, *seed)));
+            of_scene.collect::<Vec<_>>()
+        });
+        runs.collect()
+    }
+
+    /// Runs what the folder does not have yet; with `resume` false, everything. `done` is called after each run.
+    ///
+    /// # Errors
+    /// A file that cannot be read or written; an error of a run.
+    pub fn execute(&self, folder: &Path, resume: bool, done: impl Fn() + Sync) -> Result<Vec<Run>, Error> {
+        let folder = folder.join("runs");
+        std::fs::create_dir_all(&folder).map_err(|source| Error::Folder { path: folder.clone(), source })?;
+        let one = |(scene, contender, seed): &(&Scene, Contender, u64)| {
+            let path = file(&folder, &scene.name, *contender, *seed);
+            let kept = if resume { Run::read(&path, self.steps) } else { None };
+            let run = match kept {
+                Some(run) => run,
+                None => {
+                    let run = run::run(scene, *contender, *seed, self.steps)?;
+                    let json = serde_json::to_string(&run).expect("internal: figures are numbers");
+                    write_atomically(&path, json.as_bytes())?;
+                    // As it is read when the experiment is resumed: a number may differ in its last bit.
+                    serde_json::from_str(&json).expect("internal: it was just written")
+                }
+            };
+            done();
+            Ok(run)
+        };
+        self.runs().par_iter().map(one).collect()
+    }
+}
+
+fn file(folder: &Path, scene: &str, contender: Contender, seed: u64) -> PathBuf {
+    let scene: String = scene.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    folder.join(format!("{scene}-{}-{seed}.json", contender.name()))
+}
