@@ -15,12 +15,10 @@ use std::path::PathBuf;
 
 /// Compare all gaze policies over scenes and random seeds.
 #[derive(Args)]
-#[command(
-    after_help = "A greedy oracle, which knows what it will hit, and the floor, which sees the whole\n\
-                  sphere at each look, are added; figures are relative to them.\n\nExamples:\n  \
+#[command(after_help = "A greedy oracle, which knows what it will hit, and the floor, which sees the\n\
+                  whole sphere at each look, are added; figures are relative to them.\n\nExamples:\n  \
                   bvm experiment --seeds 5 --out runs\n  \
-                  bvm experiment --scenes office,fog --policies inhibited,null --out runs --resume"
-)]
+                  bvm experiment --scenes fog --policies view,null --out runs --resume")]
 pub(crate) struct Arguments {
     /// Scenes, with commas: names or scene files.
     #[arg(long, value_delimiter = ',', value_name = "NAMES", default_values = DEFAULT_SCENES, hide_default_value = true)]
@@ -41,7 +39,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     steps: u32,
     /// Senses: depth, the fast head.
-    #[arg(long, default_value = "depth", value_parser = ["depth"])]
+    #[arg(long, default_value = "depth", value_parser = ["depth"], hide_possible_values = true)]
     senses: String,
     /// Number of threads; all cores without this.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]

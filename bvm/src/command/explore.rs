@@ -37,7 +37,7 @@ bvm explore --scene office --senses stereo,audio,imu --steps 20\n  \
 bvm explore --scene my.toml --out run --resume\n  \
 bvm explore --json | jq '.policies[0].final_entropy_share'")]
 pub(crate) struct Arguments {
-    /// The world: a name, or a scene file.
+    /// The world: a name, or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT)]
     scene: String,
     /// The senses, separated by commas.
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
         value_delimiter = ',',
         default_value = "depth",
         hide_possible_values = true,
-        help = "The senses, separated by commas: depth, a fast camera\nwith formulas of hearing; or some of stereo, audio and\nimu"
+        help = "The senses, separated by commas: depth, a fast\ncamera with formulas of hearing; or some of stereo,\naudio and imu"
     )]
     senses: Vec<SenseName>,
     /// Number of looks.
@@ -61,7 +61,7 @@ pub(crate) struct Arguments {
         default_value = PolicyKind::Inhibited.name(),
         value_parser = policy_parser(),
         hide_possible_values = true,
-        help = "Gaze policy: inhibited (entropy gradient and inhibition\nof return), paper (the gradient as printed), view,\ninformation-gain, attention, null, random or sweep"
+        help = "Gaze policy: inhibited (entropy gradient and\ninhibition of return), paper (the gradient as\nprinted), view, information-gain, attention, null,\nrandom or sweep"
     )]
     policy: PolicyKind,
     /// Random seed of world and noise.

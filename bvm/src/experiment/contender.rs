@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contender {
-    /// Greedy: the gaze with the most entropy of occupancy on what it will hit, by the truth.
+    /// Greedy: the gaze with the most entropy of occupancy on what it will hit, by the truth, where this gives a reading.
     Oracle,
     /// The whole sphere at each look: no policy can do better with this camera.
     Floor,
@@ -64,8 +64,13 @@ impl Policy for Oracle {
         self.looks += 1;
         let grid = map.grid();
         let directions = grid.directions();
-        let hits = self.world.truth_first_hit(grid, self.looks as f64 * depth::STEP_S);
-        let shown = hits.iter().enumerate().map(|(direction, hit)| {
+        let time_s = self.looks as f64 * depth::STEP_S;
+        let hits = self.world.truth_first_hit(grid, time_s);
+        let shown = hits.iter().zip(grid.all_directions()).enumerate().map(|(direction, (hit, centre))| {
+            // A surface that gives no reading shows nothing. Fog is not foreseen.
+            if !self.world.hit(grid.direction_centre(centre), time_s).surface.is_readable() {
+                return 0.0;
+            }
             let last = hit.unwrap_or(grid.cells_rho() - 1);
             (0..=last).map(|rho| map.occupancy_entropy()[rho * directions + direction]).sum::<f32>()
         });

@@ -100,7 +100,12 @@ fn octomap_reads_the_trees() {
     let text = std::fs::read_to_string(left.path("map.bt.wrl")).unwrap();
     let numbers = |line: &str, after: &str| -> Option<Vec<f64>> {
         let rest = line.split(after).nth(1)?;
-        Some(rest.split_whitespace().take(3).filter_map(|part| part.trim_end_matches('}').parse().ok()).collect())
+        Some(
+            rest.split_whitespace()
+                .take(3)
+                .filter_map(|part| part.trim_end_matches('}').parse().ok())
+                .collect(),
+        )
     };
     let middles = text.lines().filter_map(|line| numbers(line, "translation "));
     let sides = text.lines().filter_map(|line| numbers(line, "size "));
@@ -184,7 +189,8 @@ fn a_recording_is_read_by_python() {
     }
     // The last cloud: the occupied cells of the map, in order.
     let map = &left.episode.map;
-    let occupied: Vec<usize> = (0..map.grid().cells()).filter(|cell| map.occupancy()[*cell] >= 0.55).collect();
+    let occupied: Vec<usize> =
+        (0..map.grid().cells()).filter(|cell| map.occupancy()[*cell] >= 0.55).collect();
     let cloud = &found["clouds"][LOOKS - 1];
     let points = cloud["points"].as_array().unwrap();
     assert_eq!((points.len(), &cloud["dense"]), (occupied.len(), &true.into()));

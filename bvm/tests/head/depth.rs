@@ -17,7 +17,8 @@ fn head(scene: &str, seed: u64) -> Head {
 fn looks(head: &mut Head, kind: PolicyKind, steps: usize) -> (Vec<Look>, Ended) {
     let mut policy = kind.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 1);
     let mut looks = Vec::new();
-    let ended = run(head, policy.as_mut(), &mut looks, steps, None, &AtomicBool::new(false), |_, _| ()).unwrap();
+    let ended =
+        run(head, policy.as_mut(), &mut looks, steps, None, &AtomicBool::new(false), |_, _| ()).unwrap();
     (looks, ended)
 }
 
@@ -67,7 +68,8 @@ fn a_resumed_run_is_the_run() {
         evidence: String::from("virtual"),
     };
     let never = AtomicBool::new(false);
-    let policy = |head: &Head| PolicyKind::Random.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 3);
+    let policy =
+        |head: &Head| PolicyKind::Random.policy(head.map(), &DepthCamera::default(), depth::MOST_TILT, 3);
     let go = |head: &mut Head, looks: &mut Vec<Look>, steps: usize, resume: bool| {
         let mut policy = policy(head);
         let mut checkpoint = Checkpoint::new(folder.path(), settings(3));

@@ -28,7 +28,7 @@ fn the_map_is_where_the_world_is() {
     // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0
     // %.
     let found = scores(EvidenceKind::Virtual, 1..=6);
-    assert!(found[0].false_occupied <= 11, "the default run: {:?}", found[0]);
+    assert!(found[0].false_occupied <= 20, "the default run: {:?}", found[0]);
     for (score, seed) in found.iter().zip(1..) {
         assert!(score.log_loss < 0.048 && score.found > 0.965, "seed {seed}: {score:?}");
     }

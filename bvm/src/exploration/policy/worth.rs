@@ -131,10 +131,12 @@ impl Worth {
             let now = normalised(self.most(&ratio.collect::<Vec<f32>>()));
             self.sound.iter_mut().zip(&now).for_each(|(sound, now)| *sound = sound.max(*now));
         }
-        let clamped =
-            |values: &[f32]| values.iter().map(|value| value.clamp(FEATURES[0], FEATURES[1])).collect::<Vec<f32>>();
+        let clamped = |values: &[f32]| {
+            values.iter().map(|value| value.clamp(FEATURES[0], FEATURES[1])).collect::<Vec<f32>>()
+        };
         null::worth().directions(self.directions).looks(looks.since()).run_into(&mut self.null)?;
-        let recent: Vec<f32> = self.null.scores().iter().map(|fresh| (1.0 - fresh).clamp(FEATURES[0], 0.999)).collect();
+        let recent: Vec<f32> =
+            self.null.scores().iter().map(|fresh| (1.0 - fresh).clamp(FEATURES[0], 0.999)).collect();
         attention::attended()
             .directions(self.directions)
             .uncertainty(&clamped(&uncertainty))
