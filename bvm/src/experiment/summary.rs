@@ -60,8 +60,20 @@ pub struct Summary {
     /// One for each scene and participant.
     pub figures: Vec<Figures>,
     #[serde(skip)]
-    curves: Vec<(String, Contender, Vec<Vec<f64>>, Vec<Vec<f64>>)>,
+    curves: Vec<Curves>,
 }
+
+/// The curves of a participant in a scene, one for each seed.
+#[derive(Clone, Debug)]
+struct Curves {
+    scene: String,
+    contender: Contender,
+    shares: Vec<Vec<f64>>,
+    losses: Vec<Vec<f64>>,
+}
+
+/// A column of the CSV file.
+type Column = (&'static str, fn(&Figures) -> Mean);
 
 /// The runs of each participant in each scene.
 type Groups<'r> = BTreeMap<(&'r str, Contender), Vec<&'r Run>>;
@@ -117,9 +129,15 @@ impl Summary {
                 travel_rad: last(|look| look.travel_rad),
                 decision_us: over(&|one| one.run.decision_us),
             });
-            let losses = all.iter().map(|one| one.run.looks.iter().map(|look| look.log_loss).collect());
-            let shares = all.iter().map(|one| one.shares.clone());
-            curves.push(((*scene).to_owned(), *contender, shares.collect(), losses.collect()));
+            curves.push(Curves {
+                scene: (*scene).to_owned(),
+                contender: *contender,
+                shares: all.iter().map(|one| one.shares.clone()).collect(),
+                losses: all
+                    .iter()
+                    .map(|one| one.run.looks.iter().map(|look| look.log_loss).collect())
+                    .collect(),
+            });
         }
         Self { steps: runs.first().map_or(0, |run| run.steps), figures, curves }
     }
@@ -179,17 +197,17 @@ impl Summary {
         )?;
         write("summary.csv".to_owned(), self.csv().as_bytes())?;
         for scene in self.scenes() {
-            let of = |which: usize| -> Vec<Band> {
-                let own = self.curves.iter().filter(|curve| curve.0 == scene);
-                own.map(|curve| band(curve.1.name(), [&curve.2, &curve.3][which])).collect()
+            let of = |values: fn(&Curves) -> &Vec<Vec<f64>>| -> Vec<Band> {
+                let own = self.curves.iter().filter(|curves| curves.scene == scene);
+                own.map(|curves| band(curves.contender.name(), values(curves))).collect()
             };
             let seeds = self.figures.iter().filter(|one| one.scene == scene).map(|one| one.seeds).max();
             let what = format!("{scene}: mean of {} seeds, 95 % confidence", seeds.unwrap_or(0));
-            for (name, quantity, which) in [
-                ("reachable", "H(O) of visible cells (1: first, 0: floor)", 0),
-                ("log_loss", "log-loss per visible cell (nats)", 1),
+            for (name, quantity, curves) in [
+                ("reachable", "H(O) of visible cells (1: first, 0: floor)", of(|curves| &curves.shares)),
+                ("log_loss", "log-loss per visible cell (nats)", of(|curves| &curves.losses)),
             ] {
-                let picture = bands(&what, ["look", quantity], &of(which));
+                let picture = bands(&what, ["look", quantity], &curves);
                 let path = folder.join(format!("{scene}_{name}.png"));
                 picture.write(&path)?;
                 paths.push(path);
@@ -199,7 +217,7 @@ impl Summary {
     }
 
     fn csv(&self) -> String {
-        let columns: [(&str, fn(&Figures) -> Mean); 12] = [
+        let columns: [Column; 12] = [
             ("log_loss", |one| one.log_loss),
             ("precision", |one| one.precision),
             ("recall", |one| one.recall),

@@ -81,7 +81,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
     };
     let mut child = Command::new(env!("CARGO_BIN_EXE_bvm"));
     let mut child = child.args(arguments("100000")).stderr(std::process::Stdio::null()).spawn().unwrap();
-    let checkpoint = out.join("checkpoint-entropy-in-view.bvm");
+    let checkpoint = out.join("checkpoint-inhibited.bvm");
     for _ in 0..600 {
         if checkpoint.exists() {
             break;
