@@ -89,7 +89,7 @@ mod tests {
         assert!(entries().len() > 100, "{}", entries().len());
         assert!(entries().iter().all(|entry| !entry.text.is_empty() && !entry.names.is_empty()));
         assert_eq!(named("max").len(), 2);
-        assert!(unknown("possion").contains("poisson"));
+        assert!(unknown("poison").contains("poisson"));
         assert_eq!(about("`normal` takes 2 arguments, found 1").as_deref(), Some("normal"));
         assert_eq!(about("form `norml` is not known; known forms are …").as_deref(), Some("forms"));
         assert_eq!(about("`Rain` is not a value"), None);

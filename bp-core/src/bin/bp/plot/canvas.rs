@@ -169,7 +169,7 @@ impl Pen {
         let label = |at: &f64| {
             let nearest = at.round();
             let position = nearest as usize;
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && position % each == 0 {
+            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && position.is_multiple_of(each) {
                 true => {
                     panel.bars.get(position).map_or_else(String::new, |(label, _, _)| shortened(label, 40))
                 }

@@ -22,7 +22,7 @@ impl Pen {
             let longest = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
             let each = ((longest.min(12) * labels.len()) / room + 1).min(labels.len());
             let nearest = at.round();
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && (nearest as usize) % each == 0 {
+            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && (nearest as usize).is_multiple_of(each) {
                 true => labels.get(nearest as usize).map_or_else(String::new, |label| shortened(label, 12)),
                 false => String::new(),
             }

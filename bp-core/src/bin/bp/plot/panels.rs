@@ -27,7 +27,7 @@ pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
         return courses(answer);
     }
     let mut panels = Vec::new();
-    for rows in answer.answer.chunk_by(|one, other| alike(one, other)) {
+    for rows in answer.answer.chunk_by(alike) {
         panels.extend(finite(&answer.question, rows));
     }
     for part in &answer.parts {
