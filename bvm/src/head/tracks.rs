@@ -139,9 +139,10 @@ struct Moments {
 impl Moments {
     fn add(&mut self, weight: f64, vector: [f64; 3]) {
         self.weight += weight;
-        for axis in 0..3 {
-            self.first[axis] += weight * vector[axis];
-            self.second[axis] += weight * vector[axis] * vector[axis];
+        let sums = self.first.iter_mut().zip(&mut self.second);
+        for ((first, second), part) in sums.zip(vector) {
+            *first += weight * part;
+            *second += weight * part * part;
         }
     }
 

@@ -110,14 +110,13 @@ fn room(room: &file::Room) -> Result<[[f64; 3]; 2], Mistake> {
     let (min, max) = (*room.min.get_ref(), *room.max.get_ref());
     finite(&room.min, &min)?;
     finite(&room.max, &max)?;
-    for axis in 0..3 {
-        if min[axis] >= -HEAD_M {
-            let reason = format!("found {}: the head is at 0, at least {HEAD_M} m from each wall", min[axis]);
-            return Err((room.min.span(), reason));
+    let refuse = |value: f64| format!("found {value}: the head is at 0, at least {HEAD_M} m from each wall");
+    for (low, high) in min.into_iter().zip(max) {
+        if low >= -HEAD_M {
+            return Err((room.min.span(), refuse(low)));
         }
-        if max[axis] <= HEAD_M {
-            let reason = format!("found {}: the head is at 0, at least {HEAD_M} m from each wall", max[axis]);
-            return Err((room.max.span(), reason));
+        if high <= HEAD_M {
+            return Err((room.max.span(), refuse(high)));
         }
     }
     Ok([min, max])
