@@ -13,7 +13,7 @@ pub struct Gaze {
     pub azimuth: f64,
     /// Elevation, rad upwards.
     pub elevation: f64,
-    /// The score: (1 − P(O = 1)) ‖∇H‖ of the frontier cell, or the entropy in view, nats; 0 if there was no choice.
+    /// The score, in the units of the policy; 0 if there was no choice.
     pub score: f64,
     /// Distance of the chosen frontier cell, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
