@@ -4,6 +4,8 @@
 //! the probabilities in a node are those of `marginals` with the same evidence.
 
 use crate::derivation::questions;
+use crate::error::{raised, wrong};
+use crate::work::patiently;
 use bp_core::compiler::answer::{Figure, Row};
 use bp_core::compiler::draw::{Graph, Marginal, Mark, graph};
 use bp_core::compiler::model::Question;
@@ -28,6 +30,25 @@ pub(crate) struct Diagram {
 }
 
 impl Diagram {
+    /// The network, with a question or with evidence.
+    ///
+    /// # Errors
+    /// As [`Diagram::of`] and [`Diagram::with_posteriors`]; both.
+    pub(crate) fn asked(
+        py: Python<'_>,
+        program: &Program,
+        question: Option<&str>,
+        evidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let Some(evidence) = evidence else { return Self::of(program, question).map_err(raised) };
+        if question.is_some() {
+            return Err(wrong("a diagram shows either a question or evidence, not both"));
+        }
+        let known = crate::value::evidence(Some(evidence))?;
+        let program = program.clone();
+        patiently(py, move || Self::with_posteriors(&program, &known))?.map_err(raised)
+    }
+
     /// The network, with the variables of a question marked.
     ///
     /// # Errors

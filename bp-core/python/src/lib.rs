@@ -15,6 +15,7 @@ mod origin;
 mod posterior;
 mod program;
 mod question;
+mod sheet;
 mod table;
 mod value;
 mod volumetric;
@@ -31,6 +32,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<posterior::Posterior>()?;
     module.add_class::<derivation::Derivation>()?;
     module.add_class::<diagram::Diagram>()?;
+    module.add_class::<sheet::Sheet>()?;
     module.add_class::<value::Likelihood>()?;
     module.add_class::<volumetric::Map>()?;
     module.add_class::<volumetric::Gaze>()?;

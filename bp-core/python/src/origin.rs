@@ -61,6 +61,12 @@ impl Origin {
         options
     }
 
+    /// Whether its text is a program, not a network of another format.
+    pub(crate) fn is_program(&self) -> bool {
+        let own = Format::Program.endings()[0];
+        self.text.as_ref().is_none_or(|(_, format)| *format == own)
+    }
+
     /// The function that makes the program again, and its arguments.
     ///
     /// # Errors

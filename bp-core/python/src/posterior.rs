@@ -125,6 +125,12 @@ impl Posterior {
         all.iter().map(|(values, p)| Ok((named(py, values)?, *p))).collect()
     }
 
+    /// The values of each row of a question for `draw(n)`, `best(n)` or `argmax`, in its order: a list of dicts.
+    fn listed<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let all = self.0.listed().map_err(raised)?;
+        all.iter().map(|values| named(py, values)).collect()
+    }
+
     /// The mean of its variable; `True` counts as 1.
     fn mean(&self) -> PyResult<f64> {
         self.0.mean().map_err(raised)

@@ -11,6 +11,7 @@ use crate::filter::Filter;
 use crate::origin::{Origin, Setting, of_text};
 use crate::posterior::Posterior;
 use crate::question::{Kept, Question};
+use crate::sheet::Sheet;
 use crate::table::Table;
 use crate::value::settings;
 use crate::work::patiently;
@@ -53,8 +54,10 @@ impl Program {
         // Parameters are in the text of the learned program.
         origin.settings.retain(|setting| !matches!(setting, Setting::With(..)));
         origin.text = learned.text().map(|text| (text.to_owned(), Format::Program.endings()[0]));
-        let report = serde_json::to_string(learned.report()).ok();
-        Self { report, ..Self::new(learned.program().clone(), origin) }
+        Self {
+            report: serde_json::to_string(learned.report()).ok(),
+            ..Self::new(learned.program().clone(), origin)
+        }
     }
 
     /// A table in memory, for its variables.
@@ -332,9 +335,9 @@ impl Program {
         seed: Option<u64>,
         iterations: Option<usize>,
     ) -> PyResult<Self> {
-        let mut settings = Settings::default();
-        settings.seed = seed.unwrap_or(settings.seed);
-        settings.iterations = iterations.unwrap_or(settings.iterations);
+        let own = Settings::default();
+        let (seed, iterations) = (seed.unwrap_or(own.seed), iterations.unwrap_or(own.iterations));
+        let settings = Settings { seed, iterations, ..own };
         let program = self.program.clone();
         let learned = patiently(py, move || program.learn_from_rows(&settings))?.map_err(raised)?;
         Ok(self.learned(&learned))
@@ -343,8 +346,8 @@ impl Program {
     /// The posterior of each missing cell of the rows of `rows`, given the others.
     fn missing(&self, py: Python<'_>) -> PyResult<Vec<Posterior>> {
         let program = self.program.clone();
-        let found = patiently(py, move || program.missing())?.map_err(raised)?;
-        Ok(found.into_iter().map(Posterior::from).collect())
+        let found = patiently(py, move || program.missing())?;
+        Ok(found.map_err(raised)?.into_iter().map(Posterior::from).collect())
     }
 
     /// The derivation of the answer, step by step; of all declared questions if none is given.
@@ -362,13 +365,12 @@ impl Program {
         question: Option<&str>,
         evidence: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Diagram> {
-        let Some(evidence) = evidence else { return Diagram::of(&self.program, question).map_err(raised) };
-        if question.is_some() {
-            return Err(wrong("a diagram shows either a question or evidence, not both"));
-        }
-        let known = crate::value::evidence(Some(evidence))?;
-        let program = self.program.clone();
-        patiently(py, move || Diagram::with_posteriors(&program, &known))?.map_err(raised)
+        Diagram::asked(py, &self.program, question, evidence)
+    }
+
+    /// The program in the brace layout of the formalism, as `bp print` shows it.
+    fn print(&self) -> PyResult<Sheet> {
+        Sheet::of(&self.program, self.origin.is_program()).map_err(raised)
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (String, String, Py<PyAny>))> {

@@ -243,6 +243,16 @@ def test_derivations(grass):
         ).explain()
 
 
+def test_sheets_and_lists(grass, alarm):
+    sheet = grass.print()
+    for word in ("Specification", "Description", "Question"):
+        assert word in str(sheet)
+    assert sheet.svg.startswith("<svg") and "Specification" in sheet.to_latex()
+    assert "CATECHOL" in str(alarm.print())
+    best = grass.ask("best(2) P(Rain Sprinkler | Wet = true)").listed()
+    assert best[0] == {"Rain": False, "Sprinkler": True} and len(best) == 2
+
+
 def test_pictures(alarm, grass, tmp_path):
     plain = grass.diagram("P(Rain | Wet = true)")
     assert "shaded is known" in plain.legend and plain.svg.count("class=\"node\"") == 4

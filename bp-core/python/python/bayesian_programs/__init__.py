@@ -23,6 +23,7 @@ from ._native import (
     Posterior,
     Program,
     Question,
+    Sheet,
     __version__,
     likelihood,
 )
@@ -52,6 +53,7 @@ __all__ = [
     "Program",
     "ProgramError",
     "Question",
+    "Sheet",
     "__version__",
     "bvm",
     "errors",
