@@ -11,6 +11,7 @@ mod groups;
 mod learned;
 mod lookup;
 mod marginals;
+mod mode;
 mod numbers;
 mod posterior;
 mod question;

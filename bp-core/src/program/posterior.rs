@@ -4,9 +4,9 @@
 //! variable and element; a lookup of a name that does not exist is an error that lists those that do.
 
 use super::lookup::{one_slot, slots_named};
-use super::value::{of_text, ordinal, value};
+use super::value::{ordinal, value};
 use super::{Evidence, Program, Value};
-use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Row, Slot, ordinals};
+use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
 use crate::error::Error;
 use crate::model::Model;
 use crate::operators::entropy;
@@ -166,69 +166,6 @@ impl Posterior {
         Ok(numbers.iter().enumerate().map(named).collect())
     }
 
-    /// The most probable values of all its variables together, the first of several; for a normal distribution its
-    /// mean; for draws of one real their half-sample mode.
-    ///
-    /// # Errors
-    /// As [`Posterior::p`]; nothing is possible in this context.
-    pub fn mode(&self) -> Result<Evidence, Error> {
-        if let ([], [row]) = (self.answer.parts.as_slice(), self.answer.answer.as_slice())
-            && !row.values.is_empty()
-        {
-            let values = row.values.iter();
-            return Ok(values
-                .map(|(name, text)| (name.clone(), of_text(self.model(), name, text)))
-                .collect());
-        }
-        let part = self.one()?;
-        if let (PartLaw::Laws { laws, .. }, [slot]) = (&part.law, part.of.as_slice()) {
-            let none =
-                || self.lookup(format!("`{}` has its largest density at more than one value", laws[0]));
-            return Ok([(slot.name(self.model()), laws[0].mode().ok_or_else(none)?)].into_iter().collect());
-        }
-        if let PartLaw::Normal { mean, .. } = &part.law {
-            return Ok(part
-                .of
-                .iter()
-                .zip(mean)
-                .map(|(slot, mean)| (slot.name(self.model()), *mean))
-                .collect());
-        }
-        if let (PartLaw::Draws(draws, drawn), [slot]) = (&part.law, part.of.as_slice())
-            && let (Drawn::At(position), 0) = (&drawn[0], slot.count)
-        {
-            return Ok([(slot.name(self.model()), draws.mode(*position))].into_iter().collect());
-        }
-        let numbers = self.finite(part)?;
-        let best = numbers.iter().enumerate().fold(
-            (0, 0.0),
-            |best, (place, p)| {
-                if *p > best.1 { (place, *p) } else { best }
-            },
-        );
-        match best {
-            (_, p) if p > 0.0 => Ok(self.assignment(&part.of, best.0)),
-            _ => Err(self.lookup("every value has probability 0 in this context".to_owned())),
-        }
-    }
-
-    /// The values of each row of a question for `draw(n)`, `best(n)` or `argmax`, in its order.
-    ///
-    /// # Errors
-    /// The question asks for something else.
-    pub fn listed(&self) -> Result<Vec<Evidence>, Error> {
-        let rows = &self.answer.answer;
-        let are_named =
-            |row: &Row| !row.values.is_empty() && row.values.iter().all(|(_, text)| !text.is_empty());
-        if rows.is_empty() || !rows.iter().all(are_named) {
-            return Err(
-                self.lookup("it lists no values: ask for `draw(10) P(…)` or `best(3) P(…)`".to_owned())
-            );
-        }
-        let named = |(name, text): &(String, String)| (name.clone(), of_text(self.model(), name, text));
-        Ok(rows.iter().map(|row| row.values.iter().map(named).collect()).collect())
-    }
-
     /// The entropy, in nats; for a normal distribution the differential entropy. For a question for an entropy it is
     /// the answer.
     ///
@@ -361,7 +298,7 @@ impl Posterior {
     }
 
     /// The probabilities of the combinations of finite slots; for draws their estimates.
-    fn finite(&self, part: &Part) -> Result<Vec<f64>, Error> {
+    pub(super) fn finite(&self, part: &Part) -> Result<Vec<f64>, Error> {
         part.probabilities().ok_or_else(|| {
             let real = part.of.iter().find(|slot| slot.count == 0);
             let name = real.map_or_else(String::new, |slot| slot.name(self.model()));
@@ -378,7 +315,7 @@ impl Posterior {
         })
     }
 
-    fn assignment(&self, of: &[Slot], place: usize) -> Evidence {
+    pub(super) fn assignment(&self, of: &[Slot], place: usize) -> Evidence {
         let values = of.iter().zip(ordinals(of, place));
         values.map(|(slot, at)| (slot.name(self.model()), value(self.model(), slot, at))).collect()
     }

@@ -77,15 +77,16 @@ impl Record {
             return Err(fault);
         }
         let mut paths = Vec::new();
-        let mut beside = String::new();
         #[cfg(feature = "recording")]
-        {
+        let recorded = {
             let (recorder, path) = self.recording;
             recorder.finish()?;
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            beside = format!("{name} (ROS 2 messages, for Foxglove or rviz2), ");
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             paths.push(path);
-        }
+            format!("{name} (ROS 2 messages, for Foxglove or rviz2), ")
+        };
+        #[cfg(not(feature = "recording"))]
+        let recorded = "";
         let Some(first) = episodes.first() else { return Ok(paths) };
         let [html, ply, bt, ot] =
             ["report.html", "map.ply", "map.bt", "map.ot"].map(|name| folder.join(name));
@@ -93,8 +94,8 @@ impl Record {
         write_ply(&ply, &points)?;
         tree.write_bt(&bt)?;
         tree.write_ot(&ot)?;
-        beside = format!(
-            "Beside this page: run.json (all figures), pictures (PNG), {beside}map.ply (occupied cells), map.bt and \
+        let beside = format!(
+            "Beside this page: run.json (all figures), pictures (PNG), {recorded}map.ply (occupied cells), map.bt and \
              map.ot (OctoMap, {RESOLUTION_M} m)."
         );
         self.frames.end(&first.map, first.looks.len())?;

@@ -303,8 +303,8 @@ fn wrong_usage_is_code_2() {
 
 #[test]
 fn help_is_at_most_80_columns_wide() {
-    let commands =
-        ["explore", "experiment", "look", "replay", "calibrate", "listen", "balance", "synth"].map(|name| vec![name]);
+    let commands = ["explore", "experiment", "look", "replay", "calibrate", "listen", "balance", "synth"]
+        .map(|name| vec![name]);
     let others = [vec![], vec!["calibrate", "vision"], vec!["calibrate", "audition"]];
     for command in commands.iter().chain(&others) {
         for flag in ["-h", "--help"] {

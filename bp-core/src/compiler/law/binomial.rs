@@ -81,7 +81,7 @@ pub(super) fn draw(by: &mut impl Rng, [n, p]: [f64; 2]) -> f64 {
 }
 
 pub(super) fn entropy(parameters: [f64; 2]) -> f64 {
-    super::entropy_of_counts(super::Law::Binomial, &parameters)
+    super::counts::entropy(super::Law::Binomial, &parameters)
 }
 
 /// The whole number below (n + 1) p, n at most

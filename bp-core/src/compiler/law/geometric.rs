@@ -49,7 +49,7 @@ pub(super) fn draw(by: &mut impl Rng, [p]: [f64; 1]) -> f64 {
 }
 
 pub(super) fn entropy(parameters: [f64; 1]) -> f64 {
-    super::entropy_of_counts(super::Law::Geometric, &parameters)
+    super::counts::entropy(super::Law::Geometric, &parameters)
 }
 
 pub(super) fn mode(_: [f64; 1]) -> Option<f64> {

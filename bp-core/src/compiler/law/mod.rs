@@ -9,6 +9,7 @@ mod arithmetic;
 mod beta;
 mod binomial;
 mod cauchy;
+mod counts;
 mod covariance;
 mod dirichlet;
 mod exponential;
@@ -375,20 +376,6 @@ fn no_closed_form<A: Arithmetic, const COUNT: usize>(
     _: [A::Number; COUNT],
 ) -> Option<A::Number> {
     None
-}
-
-/// The entropy of a law of counts, by the sum over the values within 40 deviations of its mean.
-fn entropy_of_counts(law: Law, parameters: &[f64]) -> f64 {
-    let (mean, reach) = (law.mean(parameters), 40.0 * (law.variance(parameters).sqrt() + 1.0));
-    let (mut sum, mut count) = (0.0, (mean - reach).max(0.0).floor());
-    while count <= mean + reach {
-        let ln = law.ln_density(&mut Numbers, count, parameters);
-        if ln > f64::NEG_INFINITY {
-            sum -= ln * ln.exp();
-        }
-        count += 1.0;
-    }
-    sum
 }
 
 /// As many parameters as the law has.

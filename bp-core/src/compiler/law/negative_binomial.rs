@@ -87,7 +87,7 @@ pub(super) fn draw(by: &mut impl Rng, [r, p]: [f64; 2]) -> f64 {
 }
 
 pub(super) fn entropy(parameters: [f64; 2]) -> f64 {
-    super::entropy_of_counts(super::Law::NegativeBinomial, &parameters)
+    super::counts::entropy(super::Law::NegativeBinomial, &parameters)
 }
 
 /// The whole number below (r − 1) (1 − p) / p

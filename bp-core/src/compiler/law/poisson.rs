@@ -63,7 +63,7 @@ pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
 }
 
 pub(super) fn entropy(parameters: [f64; 1]) -> f64 {
-    super::entropy_of_counts(super::Law::Poisson, &parameters)
+    super::counts::entropy(super::Law::Poisson, &parameters)
 }
 
 /// The whole number below λ

@@ -80,7 +80,7 @@ impl Component {
         for place in 0..size {
             let variance = rest[place * size + place];
             // A slot that earlier ones determine has its conditional mean.
-            if !(variance > 1e-14 * self.covariance[place * size + place]) {
+            if variance <= 1e-14 * self.covariance[place * size + place] {
                 continue;
             }
             let noise: f64 = StandardNormal.sample(by);

@@ -10,11 +10,10 @@
 
 use super::preferred::{is_long, moves_reals};
 use super::refusal::{refused_ask, refused_factor};
-use crate::equation::{Line, Notation, Strategy, is_proper, of_form};
+use crate::equation::{Group, Line, Notation, Strategy, is_proper, of_form};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, Id, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
-use crate::plan::Group;
 use crate::strategies::conjugate::{Conjugate, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
