@@ -10,13 +10,10 @@ use toml::Spanned;
 pub(super) fn cameras(file: &file::CamerasFile) -> Result<Cameras, Mistake> {
     let own = Cameras::default();
     let size_px = file.size_px.as_ref().map_or(own.size_px, |size| *size.get_ref());
-    if let Some(given) = &file.size_px {
-        if !(64..=1920).contains(&size_px[0]) || !(48..=1440).contains(&size_px[1]) {
-            return Err((
-                given.span(),
-                format!("found {size_px:?}, expected 64 to 1920 by 48 to 1440 pixels"),
-            ));
-        }
+    if let Some(given) = &file.size_px
+        && (!(64..=1920).contains(&size_px[0]) || !(48..=1440).contains(&size_px[1]))
+    {
+        return Err((given.span(), format!("found {size_px:?}, expected 64 to 1920 by 48 to 1440 pixels")));
     }
     Ok(Cameras {
         size_px,
