@@ -38,7 +38,7 @@ type Request = (Option<Measured>, Sender<Answer>);
 /// An active head.
 ///
 /// `Head.simulated()` explores a simulated room by itself; `Head()` takes the depths and the attitude of a robot at each
-/// look, and tells where to look next.
+/// look, and returns where to look next.
 #[pyclass(frozen, module = "bayesian_programs.bvm")]
 pub(crate) struct Head {
     grid: Grid,

@@ -47,7 +47,7 @@ enum Cells {
 }
 
 impl Table {
-    /// The table of a Python object; `model` tells the words of its labels for true and false.
+    /// The table of a Python object; `model` gives the words of its labels for true and false.
     ///
     /// # Errors
     /// An object without columns, columns of different lengths, a type of cells that is no value.

@@ -101,8 +101,9 @@ impl Record {
         self.frames.end(&first.map, first.looks.len())?;
         if let Some(page) = page(title, &beside, episodes, &self.frames, &points) {
             write_atomically(&html, page.as_bytes())?;
+            paths.push(html);
         }
-        paths.extend([html, ply, bt, ot]);
+        paths.extend([ply, bt, ot]);
         Ok(paths)
     }
 }

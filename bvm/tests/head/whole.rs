@@ -66,7 +66,7 @@ fn faults_are_reported_and_the_run_goes_on() {
     let fault = |look: usize, sense: usize| looks[look - 1].senses[sense].fault.clone().unwrap_or_default();
     assert_eq!(fault(1, 0), "");
     assert_eq!(fault(2, 0), "the right camera gave no picture");
-    assert_eq!(fault(3, 2), "no inertial samples: the turn is what the neck was told");
+    assert_eq!(fault(3, 2), "no inertial samples: the commanded turn is used");
     assert!(fault(4, 0).contains("left camera repeats its last picture"), "{}", fault(4, 0));
     assert!((1..=5).all(|look| fault(look, 1) == "the left channel is silent"));
     assert!(head.map().numbers().iter().all(|number| number.is_finite()));

@@ -154,7 +154,7 @@ def _over_time(title: str, first: int, summaries: list[dict[str, Any]]) -> str:
         for name, value in summary.items():
             series.setdefault(name, []).append(value)
     names = list(series)
-    # Of two values one tells the other.
+    # Of two values one determines the other.
     if len(names) == 2 and not isinstance(series[names[0]][0], tuple):
         series.pop(names[0])
     shown = dict(list(series.items())[: len(charts.COLOURS)])

@@ -1,7 +1,7 @@
 //! The forms, and the parameters in them.
 //!
 //! In: the tree of a program. Out: a line for each form; choices, tables and mixtures have one line for each case.
-//! Invariant: a table with many rows is shortened, and the number of the others is told.
+//! Invariant: a table with many rows is shortened, and the number of the others is stated.
 
 use super::variables::{comma, space};
 use super::{Line, factors, text};

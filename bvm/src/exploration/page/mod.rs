@@ -116,15 +116,17 @@ pub(super) fn page(
     frames: &Frames,
     points: &[Point],
 ) -> Option<String> {
-    let first = episodes.first()?;
+    let first = episodes.first().filter(|first| !first.looks.is_empty())?;
     let grid = first.map.grid();
+    let others = episodes[1..].iter().map(|other| other.policy.name()).collect::<Vec<_>>().join(", ");
+    let beside =
+        if others.is_empty() { others } else { format!(", and beside it {others}, in the same world") };
     let data = Data {
         title: title.to_owned(),
         about: format!(
-            "{} looks with the policy “{}”, and beside it {}, in the same world. {}.",
+            "{} looks with the policy “{}”{beside}. {}.",
             first.steps.len(),
             first.policy.name(),
-            episodes[1..].iter().map(|other| other.policy.name()).collect::<Vec<_>>().join(", "),
             crate::frame::DESCRIPTION
         ),
         files: files.to_owned(),
@@ -137,7 +139,7 @@ pub(super) fn page(
             frames: &frames.frames,
             range_m: [grid.configuration().rho_min_m, grid.configuration().rho_max_m],
             omitted: match frames.every {
-                1 if frames.looks.len() == first.looks.len() => "Each look has a panorama.".to_owned(),
+                1 if frames.looks.len() >= first.looks.len() => "Each look has a panorama.".to_owned(),
                 1 => format!(
                     "The {} looks before the run was resumed have no panorama.",
                     first.looks.len() - frames.looks.len()

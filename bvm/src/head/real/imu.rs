@@ -70,14 +70,14 @@ impl Sense for InertialSense {
             let felt = std::mem::take(&mut stage.felt);
             (felt, stage.commanded, seeded(noise_seed(&stage), "imu"), stage.look - 1)
         };
-        let told = Attitude {
+        let assumed = Attitude {
             yaw: attitude.yaw + commanded[0],
             pitch: attitude.pitch + commanded[1],
             roll: attitude.roll,
             sd_yaw: attitude.sd_yaw.hypot(NECK_RAD),
         };
         if !self.is_used {
-            return Ok(Sensed { evidence: Evidence::Attitude(told), ..Sensed::default() });
+            return Ok(Sensed { evidence: Evidence::Attitude(assumed), ..Sensed::default() });
         }
         // The rest before the first look belongs to no look.
         let fault = self.faults.at(Organ::Imu, look);
@@ -99,14 +99,14 @@ impl Sense for InertialSense {
             match self.stream.feel(row) {
                 Ok(instants) => estimate = instants.last().map(|instant| instant.estimate).or(estimate),
                 Err(Fault::Program(error)) => return Err(error),
-                Err(Fault::Clock(reason)) => return Ok(unused(told, readings, reason)),
+                Err(Fault::Clock(reason)) => return Ok(unused(assumed, readings, reason)),
             }
         }
         let Some(estimate) = estimate else {
             self.added[0] += commanded[0];
             self.added[1] += NECK_RAD * NECK_RAD;
-            let reason = "no inertial samples: the turn is what the neck was told";
-            return Ok(unused(told, readings, reason.to_owned()));
+            let reason = "no inertial samples: the commanded turn is used";
+            return Ok(unused(assumed, readings, reason.to_owned()));
         };
         let matrix = rotation::matrix(estimate.orientation);
         // A turn may be longer than half a circle.
@@ -114,10 +114,10 @@ impl Sense for InertialSense {
         let gained = filtered.yaw - self.before;
         self.before = filtered.yaw;
         let mut fault = None;
-        // A sensor that repeats itself, or was silent during a turn, does not know of it: the neck does.
+        // A sensor that repeats itself, or gave nothing during a turn, has not measured it.
         if (gained - commanded[0]).abs() > 10.0 * NECK_RAD.max(estimate.sd_heading) {
             fault = Some(format!(
-                "the sensor felt a turn of {:.1} degrees, the neck was told {:.1}: the neck is believed",
+                "the sensor felt a turn of {:.1} degrees, {:.1} were commanded: the command is used",
                 gained.to_degrees(),
                 commanded[0].to_degrees()
             ));
@@ -127,12 +127,12 @@ impl Sense for InertialSense {
         let sd_yaw = estimate.sd_heading.hypot(self.added[1].sqrt());
         let mut known = Attitude { yaw: filtered.yaw + self.added[0], sd_yaw, ..filtered };
         if fault.is_some() {
-            (known.pitch, known.roll) = (told.pitch, told.roll);
+            (known.pitch, known.roll) = (assumed.pitch, assumed.roll);
         }
         Ok(Sensed { evidence: Evidence::Attitude(known), readings, fault, ..Sensed::default() })
     }
 }
 
-fn unused(told: Attitude, readings: usize, reason: String) -> Sensed {
-    Sensed { evidence: Evidence::Attitude(told), readings, fault: Some(reason), ..Sensed::default() }
+fn unused(assumed: Attitude, readings: usize, reason: String) -> Sensed {
+    Sensed { evidence: Evidence::Attitude(assumed), readings, fault: Some(reason), ..Sensed::default() }
 }

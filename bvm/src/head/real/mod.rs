@@ -31,7 +31,7 @@ pub struct Senses {
     pub stereo: bool,
     /// Two ears.
     pub audio: bool,
-    /// The inertial sensor; without it the attitude is what the neck was told.
+    /// The inertial sensor; without it the attitude is the one commanded to the neck.
     pub imu: bool,
     /// Whether the map carries the joint distribution of O and V (`models/cell_joint.bp`).
     pub joint: bool,

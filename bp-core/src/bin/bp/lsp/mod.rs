@@ -69,7 +69,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         serve(&connection)?;
     }
     drop(connection);
-    threads.join().map_err(Failure::Output)
+    threads
+        .join()
+        .map_err(|error| words(format!("a message could not be read, or an answer not written: {error}")))
 }
 
 fn words(error: impl std::fmt::Display) -> Failure {

@@ -50,7 +50,7 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Option<Result<Precision, Str
     })?;
     let all_scale = factors.iter().filter(|id| **id != prior).find(|id| {
         let form = &model.factors[**id].form;
-        !is_derived(model, **id) && !is_scaled(model, form, unknown)
+        !is_scaled(model, form, unknown)
     });
     let tau = model.variable_name(unknown);
     if let Some(id) = all_scale {
@@ -120,11 +120,6 @@ fn with_number(model: &Model, unknown: VariableId, number: f64) -> Model {
         }
     }
     model
-}
-
-/// Whether a factor makes a predicate, or an element of a question.
-fn is_derived(model: &Model, id: FactorId) -> bool {
-    model.variables[model.factors[id].left[0].variable].derived.is_some()
 }
 
 /// Whether a deviation of a form is a number over √τ.
@@ -205,22 +200,35 @@ impl Precision {
 
     /// The likelihood of τ, from values of τ near its maximum N/Q, where no digits cancel.
     fn likelihood(&self, model: &Model, case: &Case<'_>) -> Result<Likelihood, Error> {
+        let refused = |reason: &str| {
+            let question = model.ask_text(&self.asks[0]);
+            Err(Error::Unplanned { question, reason: reason.to_owned() })
+        };
         let mut tau = 1.0;
-        for _ in 0..8 {
+        for _ in 0..60 {
             let ln = |factor: f64| self.given(model, factor * tau, case).map(|given| given.ln_evidence);
             let (at, once, twice) = (ln(1.0)?, ln(4.0)?, ln(16.0)?);
+            if at == once && once == twice {
+                return Ok(Likelihood { ln_constant: at, count: 0.0, squares: 0.0 });
+            }
             // ln p(4τ) − ln p(τ) = N ln 2 − 3/2 τ Q, and ln p(16τ) − ln p(4τ) = N ln 2 − 6 τ Q.
             let scaled = ((once - at) - (twice - once)) / 4.5;
-            let count = ((once - at + 1.5 * scaled) / std::f64::consts::LN_2).round();
-            let squares = scaled / tau;
-            let ln_constant = at - 0.5 * count * tau.ln() + 0.5 * scaled;
-            if count < 1.0 || (0.05..20.0).contains(&(scaled / count)) {
-                return Ok(Likelihood { ln_constant, count: count.max(0.0), squares: squares.max(0.0) });
+            let found = (once - at + 1.5 * scaled) / std::f64::consts::LN_2;
+            let count = found.round().max(1.0);
+            if scaled > 20.0 * count.max(50.0) {
+                tau /= scaled;
+            } else if scaled < 0.05 * count {
+                tau *= if scaled > 1e-9 * count { count / scaled } else { 1e6 };
+            } else if (found - count).abs() > 1e-4 {
+                return refused(
+                    "internal: the likelihood of the precision is not that of normal observations",
+                );
+            } else {
+                let ln_constant = at - 0.5 * count * tau.ln() + 0.5 * scaled;
+                return Ok(Likelihood { ln_constant, count, squares: scaled / tau });
             }
-            tau = if scaled > 1e-9 * count { count / squares } else { tau * 1e6 };
         }
-        let reason = "the observations fit without error: the precision has no bound".to_owned();
-        Err(Error::Unplanned { question: model.ask_text(&self.asks[0]), reason })
+        refused("the observations fit without error: the precision has no bound")
     }
 
     /// The parameters of the prior.
