@@ -1,7 +1,7 @@
 //! Panels drawn with plotters.
 //!
 //! In: panels. Out: the bytes of a PNG or an SVG. Invariant: text is in the included font, or in SVG in any sans-serif
-//! one; colours differ in lightness too, so that they can be told apart in grey.
+//! one; colours differ in lightness too, so that they can be distinguished in grey.
 
 use super::{Bars, Course, Density, Panel};
 use plotters::coord::Shift;
