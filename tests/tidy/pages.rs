@@ -1,6 +1,6 @@
 //! The pages: every program in them compiles, every mistake in them gives the stated message, and links have targets.
 //!
-//! In: `README.md`, `docs/*.md` and `docs/reference/*.md`. Out: pass or fail. Blocks marked `bp` must compile, print to text with the same
+//! In: `README.md`, `docs/*.md`, `docs/reference/*.md` and `docs/course/*.md`. Out: pass or fail. Blocks marked `bp` must compile, print to text with the same
 //! meaning, and have an answer to each question; those marked `bp-unanswered` have none. Blocks marked `bp-error` must
 //! not compile: their first line is `// ` and the message. Invariant: the pages describe the current language.
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// A page's path from the root, and its text.
 fn pages() -> Vec<(PathBuf, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let entries = ["docs", "docs/reference"]
+    let entries = ["docs", "docs/reference", "docs/course"]
         .into_iter()
         .flat_map(|folder| std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path()));
     let mut paths: Vec<_> =
@@ -88,19 +88,66 @@ fn mistakes_in_the_pages_have_the_messages_that_are_shown() {
     }
 }
 
+/// The name of a heading in links, as GitHub and mdBook make it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter(|character| character.is_alphanumeric() || " -_".contains(*character));
+    kept.collect::<String>().trim().to_lowercase().replace(' ', "-")
+}
+
+/// The anchors of a page: those of its headings, the second of the same name with `-1`.
+fn anchors(text: &str) -> Vec<String> {
+    let (mut found, mut inside): (Vec<String>, bool) = (Vec::new(), false);
+    for line in text.lines() {
+        if line.trim_start().starts_with("```") {
+            inside = !inside;
+        } else if let (false, Some((level, heading))) = (inside, line.split_once("# "))
+            && level.chars().all(|character| character == '#')
+        {
+            let name = anchor(heading);
+            let before = found.iter().filter(|one| **one == name).count();
+            found.push(if before == 0 { name } else { format!("{name}-{before}") });
+        }
+    }
+    found
+}
+
 #[test]
-fn links_lead_to_files() {
+fn links_lead_somewhere() {
+    let (mut dead, mut count) = (Vec::new(), 0);
     for (path, text) in pages() {
-        // Pictures begin with `![`: a page is also checked without them.
         for (before, after) in text.match_indices("](").map(|(at, _)| text.split_at(at)) {
             let opened = before.rfind('[').unwrap_or(0);
             let target = after[2..].split(')').next().unwrap_or_default();
-            let file = target.split('#').next().unwrap_or_default();
-            if before[..opened].ends_with('!') || file.is_empty() || file.contains("://") {
+            let (file, heading) = target.split_once('#').unwrap_or((target, ""));
+            if file.contains("://") {
                 continue;
             }
-            assert!(path.parent().unwrap().join(file).exists(), "{}: {target}", path.display());
+            count += 1;
+            let folder = path.parent().unwrap();
+            let there = if file.is_empty() { path.clone() } else { folder.join(file) };
+            // A checkout without the pictures has none of them.
+            let is_picture = before[..opened].ends_with('!');
+            let known = is_picture && !folder.join(file).parent().is_some_and(Path::exists) || there.exists();
+            let headed = heading.is_empty()
+                || std::fs::read_to_string(&there)
+                    .is_ok_and(|page| anchors(&page).iter().any(|one| one == heading));
+            if !known || !headed {
+                dead.push(format!("{}: {target}", path.display()));
+            }
         }
+    }
+    assert!(dead.is_empty(), "{} dead links:\n{}", dead.len(), dead.join("\n"));
+    assert!(count > 150, "only {count} links");
+}
+
+#[test]
+fn the_book_lists_every_page() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let summary = std::fs::read_to_string(docs.join("SUMMARY.md")).unwrap();
+    for (path, _) in pages() {
+        let Ok(page) = path.strip_prefix(&docs) else { continue };
+        let page = page.to_string_lossy().replace('\\', "/");
+        assert!(page == "SUMMARY.md" || summary.contains(&format!("]({page})")), "{page} is not in the book");
     }
 }
 

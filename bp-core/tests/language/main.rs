@@ -3,9 +3,12 @@
 //! In: programs and questions as text. Out: models, diagnostics, pages and answers. Invariant: an expected answer is
 //! computed by hand or enumerated.
 
+#[path = "../support/arithmetic.rs"]
+mod arithmetic;
 mod ask;
 mod check;
 mod corners;
+mod course;
 mod derived;
 mod door;
 mod doors;
@@ -22,6 +25,8 @@ mod quantiles;
 mod questions;
 mod reference;
 mod rewrites;
+#[path = "../support/shown.rs"]
+mod shown;
 mod subroutines;
 #[path = "../support/mod.rs"]
 mod support;

@@ -3,7 +3,10 @@
 //! In: arguments and files. Out: its output, its exit status, and the files that it leaves.
 
 mod balance;
+mod course;
 mod explore;
 mod general;
 mod hearing;
 mod inputs;
+#[path = "../../../bp-core/tests/support/shown.rs"]
+mod shown;
