@@ -2,7 +2,7 @@
 //!
 //! In: any text. Out: escaped text, for text mode or, as a name, for mathematics. Invariant: the output is ASCII if
 //! LaTeX has a command for the character, so that any engine reads it; letters of other scripts stay and need an engine
-//! that reads Unicode.
+//! that reads Unicode: [`unset`] finds them.
 
 /// Greek letters with commands of their own; the other capitals look like Latin ones.
 const GREEK: &str = "αalpha βbeta γgamma δdelta εvarepsilon ζzeta ηeta θtheta ιiota κkappa λlambda μmu νnu ξxi πpi ρrho \
@@ -63,6 +63,19 @@ pub fn escaped(text: &str) -> String {
         }
     }
     escaped
+}
+
+/// Punctuation that pdfLaTeX sets without a package.
+const PUNCTUATION: &str = "–—‘’‚“”„†‡•…‰‹›€™";
+
+/// The first word of a document that pdfLaTeX cannot set, because it has letters of a script for which it has no fonts, such
+/// as Chinese or Cyrillic. Comments are not set.
+pub fn unset(document: &str) -> Option<&str> {
+    let is_set = |character: char| (character as u32) < 0x180 || PUNCTUATION.contains(character);
+    let lines = document.lines().filter(|line| !line.starts_with('%'));
+    let mut words = lines
+        .flat_map(|line| line.split(|character: char| character.is_ascii_punctuation() || character == ' '));
+    words.find(|word| !word.chars().all(is_set))
 }
 
 /// The Greek letter that a word spells: `epsilon`, `Omega`.

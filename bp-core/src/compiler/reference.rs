@@ -1,17 +1,42 @@
-//! The reference of the language: an entry for each domain, form, function, question and word.
+//! The reference: an entry for each domain, form, function, question and word of the language, and for each option of `bp`.
 //!
-//! In: the pages `docs/reference/*.md`. Out: entries by name. Invariant: page and command have one source; a test holds
-//! the names to the grammar and to the tables of forms, functions and questions.
+//! In: the pages `docs/reference/*.md`. Out: entries by name. Invariant: page and command have one source; tests hold
+//! the names to the grammar, to the tables of forms, functions and questions, and to the options of the commands.
 
 use crate::guess::{did_you_mean, listed};
 
 /// The kinds of entries, in the plural, and their pages.
-const PAGES: [(&str, &str); 5] = [
+const PAGES: [(&str, &str); 6] = [
     ("domains", include_str!("../../../docs/reference/domains.md")),
     ("forms", include_str!("../../../docs/reference/forms.md")),
     ("functions", include_str!("../../../docs/reference/functions.md")),
     ("questions", include_str!("../../../docs/reference/questions.md")),
     ("words", include_str!("../../../docs/reference/structure.md")),
+    ("options", include_str!("../../../docs/reference/options.md")),
+];
+
+/// Words of messages that name no entry, and the entry that explains the mistake.
+const SUBJECTS: [(&str, &str); 20] = [
+    ("form `", "forms"),
+    ("function `", "functions"),
+    ("is not a domain", "domains"),
+    ("probabilities of a row", "table"),
+    ("this table", "table"),
+    ("this row", "table"),
+    ("has no distribution", "decomposition"),
+    ("two distributions", "decomposition"),
+    ("are distributed one by one", "prod"),
+    ("depends on itself", "decomposition"),
+    ("has no form", "forms"),
+    ("has two forms", "forms"),
+    ("has a form, but", "forms"),
+    ("must be a probability", "probability"),
+    ("estimator", "unknown"),
+    ("learned", "unknown"),
+    ("virtual evidence", "virtual"),
+    ("soft evidence", "soft"),
+    ("likelihoods of", "virtual"),
+    ("covariance matrix", "normal"),
 ];
 
 /// An entry.
@@ -19,7 +44,7 @@ const PAGES: [(&str, &str); 5] = [
 pub struct Entry {
     /// Its kind, in the plural: `forms`.
     pub kind: &'static str,
-    /// Its names; several words that belong together share an entry.
+    /// Its names; several words that belong together share an entry. That of an option begins with `--`.
     pub names: Vec<&'static str>,
     /// Its text, in Markdown.
     pub text: &'static str,
@@ -49,9 +74,11 @@ pub fn entries() -> Vec<Entry> {
     found
 }
 
-/// The entries of a name: `max` is a function and a question.
+/// The entries of a name: `max` is a function and a question, `draw` a question, `plot` the option `--plot`.
 pub fn named(name: &str) -> Vec<Entry> {
-    entries().into_iter().filter(|entry| entry.names.contains(&name)).collect()
+    let bare = name.trim_start_matches('-');
+    let is_named = |one: &&str| *one == name || one.strip_prefix("--") == Some(bare);
+    entries().into_iter().filter(|entry| entry.names.iter().any(|one| is_named(&one))).collect()
 }
 
 /// What to say about a name without an entry.
@@ -67,17 +94,24 @@ pub fn unknown(name: &str) -> String {
     }
 }
 
-/// The entry that explains the mistake of a message: that of a form or function with wrong arguments.
+/// The entry, or the kind of entries, that explains the mistake of a message: that of the first word of the language which
+/// the message quotes, or that of its subject.
 pub fn about(message: &str) -> Option<String> {
-    if message.starts_with("form `") && message.contains("is not known") {
-        return Some("forms".to_owned());
+    let subject = |place: fn(&str, &str) -> bool| {
+        SUBJECTS.iter().find(|(words, _)| place(message, words)).map(|(_, entry)| (*entry).to_owned())
+    };
+    if let Some(kind) =
+        subject(|message, words| message.starts_with(words) && message.contains("is not known"))
+    {
+        return Some(kind);
     }
-    if message.starts_with("function `") && message.contains("is not known") {
-        return Some("functions".to_owned());
-    }
-    let (before, _) = message.split_once("` takes ")?;
-    let name = before.rsplit('`').next()?;
-    (!named(name).is_empty()).then(|| name.to_owned())
+    let all = entries();
+    let known = |name: &str| all.iter().any(|entry| entry.kind != "options" && entry.names.contains(&name));
+    // `normal`, `normal(0, 1)` and `argmax P(X)`, but not `P(X)`.
+    let quoted =
+        message.split('`').skip(1).step_by(2).map(|piece| piece.split(['(', ' ']).next().unwrap_or(""));
+    let mut named = quoted.filter(|word| *word != "P" && known(word)).map(str::to_owned);
+    named.next().or_else(|| subject(|message, words| message.contains(words)))
 }
 
 #[cfg(test)]
@@ -88,10 +122,17 @@ mod tests {
     fn entries_have_names_and_text() {
         assert!(entries().len() > 100, "{}", entries().len());
         assert!(entries().iter().all(|entry| !entry.text.is_empty() && !entry.names.is_empty()));
+        assert!(named("--plot") == named("plot") && named("plot").len() == 1);
         assert_eq!(named("max").len(), 2);
         assert!(unknown("poison").contains("poisson"));
         assert_eq!(about("`normal` takes 2 arguments, found 1").as_deref(), Some("normal"));
         assert_eq!(about("form `norml` is not known; known forms are …").as_deref(), Some("forms"));
+        assert_eq!(about("variable `Wet` has no distribution").as_deref(), Some("decomposition"));
+        assert_eq!(about("only `argmax` has ties that `nearest` could break").as_deref(), Some("argmax"));
         assert_eq!(about("`Rain` is not a value"), None);
+        assert_eq!(about("`P(Y | X)` is odd"), None);
+        assert!(
+            SUBJECTS.iter().all(|(_, entry)| !named(entry).is_empty() || kinds().any(|kind| kind == *entry))
+        );
     }
 }

@@ -54,9 +54,13 @@ pub fn wrapped_equation(head: &str, equation: &str, hang: usize) -> String {
     wrapped(head, &words.join(" "), hang).replace(KEPT, " ")
 }
 
-/// The width of a text.
+/// The width of a text in columns; characters of Chinese, Japanese and Korean are two columns wide.
 pub fn columns(text: &str) -> usize {
-    text.chars().count()
+    let is_wide = |character: char| {
+        matches!(character as u32, 0x1100..=0x115f | 0x2e80..=0xa4cf | 0xac00..=0xd7a3 | 0xf900..=0xfaff
+            | 0xfe30..=0xfe6f | 0xff00..=0xff60 | 0xffe0..=0xffe6 | 0x1f300..=0x1faff | 0x20000..=0x3fffd)
+    };
+    text.chars().map(|character| if is_wide(character) { 2 } else { 1 }).sum()
 }
 
 /// A text, padded with blanks to a width.

@@ -136,3 +136,96 @@ fn what_cannot_be_drawn_is_refused_and_nothing_is_written() {
         assert!(!path.exists());
     }
 }
+
+/// A program in a folder, and the path of a file in it.
+fn program(text: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("program.bp");
+    std::fs::write(&path, text).unwrap();
+    let name = path.to_str().unwrap().to_owned();
+    (folder, name)
+}
+
+/// The numbers among the texts of a picture.
+fn numbers(words: &[String]) -> Vec<f64> {
+    words.iter().filter_map(|word| word.replace('−', "-").parse().ok()).collect()
+}
+
+#[test]
+fn a_narrow_part_of_a_mixture_is_drawn() {
+    let (_folder, path) = program(
+        "program M { variables { K : bool; X : real; } decomposition { P(K) P(X | K) }
+         forms { P(K) = bernoulli(0.5); P(X | K) = if K { normal(3, 0.001) } else { normal(0, 10) }; } }",
+    );
+    let (words, _) = drawn(&["ask", &path, "P(X)"], "polyline");
+    // Half of 1 / (0.001 √(2π)) = 199; the wide part has 0.02.
+    let highest = numbers(&words).into_iter().fold(0.0, f64::max);
+    assert!((150.0..220.0).contains(&highest), "{words:?}");
+}
+
+#[test]
+fn ticks_of_a_narrow_distribution_differ() {
+    for (mean, deviation) in [("1000", "0.0001"), ("123456789", "0.01"), ("-0.00001", "0.0000000001")] {
+        let (_folder, path) = program(&format!(
+            "program N {{ variables {{ X : real; }} decomposition {{ P(X) }} forms {{ P(X) = normal({mean}, {deviation}); }} }}"
+        ));
+        let (words, _) = drawn(&["ask", &path, "P(X)"], "polyline");
+        let near = numbers(&words).into_iter().filter(|number| {
+            let mean: f64 = mean.parse().unwrap();
+            (number - mean).abs() <= 0.01 * mean.abs()
+        });
+        let ticks: Vec<f64> = near.collect();
+        let mut different = ticks.clone();
+        different.dedup();
+        assert!(ticks.len() >= 4 && ticks == different, "{mean}: {words:?}");
+    }
+}
+
+#[test]
+fn long_labels_are_abridged_and_those_of_wide_letters_too() {
+    let long: Vec<String> = (1..=8).map(|n| format!("a_rather_long_name_of_value_{n}")).collect();
+    let wide: Vec<String> = (1..=8).map(|n| format!("とても長い値の名前{n}番")).collect();
+    for labels in [long, wide] {
+        let (_folder, path) = program(&format!(
+            "program L {{ variables {{ X : {{ {} }}; }} decomposition {{ P(X) }} forms {{ P(X) = uniform; }} }}",
+            labels.join(", ")
+        ));
+        let (words, _) = drawn(&["ask", &path, "P(X)"], "rect");
+        let mut shown: Vec<&String> = words.iter().filter(|word| word.contains('…')).collect();
+        shown.sort();
+        shown.dedup();
+        assert_eq!(shown.len(), 8, "each label is there, and differs from the others: {words:?}");
+    }
+}
+
+#[test]
+fn contexts_are_written_with_the_names_of_values() {
+    let (folder, path) = program(
+        "program M { variables { K : bool; L : { Low, Middle, High }; X : real; } decomposition { P(K) P(L) P(X | K L) }
+         forms { P(K) = uniform; P(L) = uniform; P(X | K L) = unknown(normal); } }",
+    );
+    let rows: String = (0..60)
+        .map(|row| {
+            let (k, l) = (row % 2 == 0, ["Low", "Middle", "High"][row % 3]);
+            format!("{k},{l},{}\n", row % 7 + 10 * (row % 3))
+        })
+        .collect();
+    let data = folder.path().join("m.csv");
+    std::fs::write(&data, format!("K,L,X\n{rows}")).unwrap();
+    let (words, _) = drawn(&["learn", &path, "--data", data.to_str().unwrap()], "rect");
+    has(&words, &["K = false, L = Low", "K = true, L = High", "K = false, L = Middle"]);
+    assert!(!words.iter().any(|word| word.contains("==")), "{words:?}");
+}
+
+#[test]
+fn nothing_is_learned_where_the_picture_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // A wrong extension, a folder that does not exist, and learning that has nothing to draw.
+    for plot in [path("plot.pdf"), path("none/plot.svg"), path("plot.svg")] {
+        let (program, data) = ("examples/coin_learning.bp", "examples/data/coin.csv");
+        let output = bp(&["learn", program, "--data", data, "--out", &path("learned.bp"), "--plot", &plot]);
+        assert_eq!(output.status.code(), Some(1), "{plot}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{plot}: something was written");
+    }
+}

@@ -6,8 +6,8 @@
 
 use crate::arithmetic::value;
 use crate::pages::root;
-use crate::shown::{Shown, copy};
-use std::path::PathBuf;
+use crate::shown::Shown;
+use std::path::{Path, PathBuf};
 
 #[allow(dead_code)]
 #[path = "../../../examples/course.rs"]
@@ -37,6 +37,16 @@ fn pages() -> Vec<Page> {
 /// Those that are lessons.
 fn lessons() -> Vec<Page> {
     pages().into_iter().filter(|page| page.name.starts_with(|first: char| first.is_ascii_digit())).collect()
+}
+
+/// Copies the files of a folder, without those of the folders in it.
+pub(crate) fn copy(root: &Path, part: &str, to: &Path) {
+    std::fs::create_dir_all(to.join(part)).unwrap();
+    for entry in std::fs::read_dir(root.join(part)).unwrap().map(|entry| entry.unwrap()) {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), to.join(part).join(entry.file_name())).unwrap();
+        }
+    }
 }
 
 /// A folder with the programs that the pages ask.

@@ -3,7 +3,8 @@
 //! In: the page. Out: pass or fail; with `BLESS=1` the page is rewritten, for review. Invariant: the commands run in a folder
 //! that holds only the examples, and every program of the gallery is asked or learned, none only checked.
 
-use crate::shown::{Shown, copy};
+use crate::course::copy;
+use crate::shown::Shown;
 use std::path::Path;
 
 #[test]

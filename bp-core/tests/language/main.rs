@@ -15,8 +15,11 @@ mod doors;
 mod forms;
 mod functions;
 mod gallery_page;
+#[path = "../support/help.rs"]
+mod help;
 mod lists;
 mod messages;
+mod options;
 mod overflow;
 mod pages;
 mod posteriors;

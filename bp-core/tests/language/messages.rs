@@ -1,16 +1,21 @@
-//! The page of messages: each diagnostic of the language with the line that causes it.
+//! The page of messages: each diagnostic of programs and network files, with the line that causes it, and each kind of error.
 //!
-//! In: the golden messages `tests/errors/*.txt`. Out: `docs/reference/messages.md`, which must list each of them;
-//! `BLESS=1` writes it anew. Invariant: the page and the tests of messages have one source.
+//! In: the golden messages `tests/errors/*.txt`, the source of the parser, the checker and the readers of networks, and the kinds
+//! of `Error`. Out: `docs/reference/messages.md`, which must list each of them; `BLESS=1` writes it anew. Invariant: the page and
+//! the code have one source; a message without an example is listed as the code has it.
 
 use super::pages::root;
+use bp_core::compiler::reference::{about, entries};
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 const HEAD: &str = "# Messages
 
-What the language says about a wrong program: each message, the line that caused it in a test, and the help that came with it. The
-messages are grouped by the mistakes of the test programs in `tests/errors`.
+What the language says about a wrong program: each message, the line that caused it in a test, the help that came with it, and the
+entry of the reference that explains it. The messages are grouped by the mistakes of the test programs in `tests/errors`; after them
+stand [the messages without an example](#messages-without-an-example) and [the errors of data and
+questions](#errors-of-data-and-questions).
 ";
 
 /// A diagnostic: its message, its first line of source, its help.
@@ -61,10 +66,177 @@ fn page() -> String {
             if !help.is_empty() {
                 write!(text, "\n  - help: {}", help.replace("](", "]\u{200b}(")).unwrap();
             }
+            text.push_str(&see(&message));
             text.push('\n');
         }
     }
+    let examples: Vec<String> = seen.into_iter().collect();
+    let others: BTreeSet<String> = (templates().into_iter())
+        .filter(|template| !examples.iter().any(|example| matches(template, example)))
+        .collect();
+    text.push_str(
+        "\n## Messages without an example\n\n`…` stands for a name, a number or a piece of the program.\n\n",
+    );
+    for template in others {
+        let shown = template.replace("](", "]\u{200b}(").replace(HOLE, "…");
+        writeln!(text, "- {shown}{}", see(&template.replace(HOLE, "…"))).unwrap();
+    }
+    text.push_str(
+        "\n## Errors of data and questions\n\nThe kinds of `bp_core::Error`, with their texts.\n\n",
+    );
+    for (kind, when, words) in kinds() {
+        writeln!(text, "- **{kind}**: {when}\n  - {}", words.replace("](", "]\u{200b}(")).unwrap();
+    }
     text
+}
+
+/// A line that links to the entry about a message, if there is one.
+fn see(message: &str) -> String {
+    let Some(name) = about(message) else { return String::new() };
+    let page = |kind: &str| if kind == "words" { "structure".to_owned() } else { kind.to_owned() };
+    let entry =
+        entries().into_iter().find(|entry| entry.kind != "options" && entry.names.contains(&name.as_str()));
+    match entry {
+        Some(entry) => {
+            let anchor = entry.names.join("-").replace(' ', "-");
+            format!("\n  - see [{name}]({}.md#{anchor})", page(entry.kind))
+        }
+        None => format!("\n  - see [{name}]({}.md)", page(&name)),
+    }
+}
+
+/// What stands for a value in the template of a message.
+const HOLE: char = '\u{fffc}';
+
+/// Whether a message has the form of a template.
+fn matches(template: &str, message: &str) -> bool {
+    let pieces: Vec<&str> = template.split(HOLE).collect();
+    let mut rest = message;
+    for (place, piece) in pieces.iter().enumerate() {
+        match rest.find(piece) {
+            Some(at) if place > 0 || at == 0 => rest = &rest[at + piece.len()..],
+            _ => return false,
+        }
+    }
+    rest.is_empty() || pieces.last().is_some_and(|last| last.is_empty())
+}
+
+/// The text of a format string, with a hole for each value.
+fn template(literal: &str) -> String {
+    let text = literal.replace("\\\"", "\"").replace("{{", "\u{1}").replace("}}", "\u{2}");
+    let (mut shown, mut rest) = (String::new(), text.as_str());
+    while let Some((before, after)) = rest.split_once('{') {
+        shown.push_str(before);
+        shown.push(HOLE);
+        rest = after.split_once('}').map_or("", |(_, rest)| rest);
+    }
+    shown.push_str(rest);
+    shown.replace('\u{1}', "{").replace('\u{2}', "}")
+}
+
+/// The string literals of a piece of code, lines that are continued joined.
+fn literals(code: &str) -> Vec<String> {
+    let (mut found, mut rest) = (Vec::new(), code);
+    while let Some((_, after)) = rest.split_once('"') {
+        let mut escaped = false;
+        let end = after.find(|character| {
+            let ends = character == '"' && !escaped;
+            escaped = character == '\\' && !escaped;
+            ends
+        });
+        let Some(end) = end else { break };
+        let pieces: Vec<&str> = after[..end].split("\\\n").collect();
+        let joined = pieces
+            .iter()
+            .enumerate()
+            .map(|(place, piece)| if place > 0 { piece.trim_start() } else { piece });
+        found.push(joined.collect());
+        rest = &after[end + 1..];
+    }
+    found
+}
+
+/// Rust files below a folder.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        match path.is_dir() {
+            true => sources(&path, found),
+            false => found.push(path),
+        }
+    }
+}
+
+/// The commas of a call outside its inner brackets, as far as it is given; `None` after its end.
+fn commas(arguments: &str) -> Option<usize> {
+    let (mut depth, mut count) = (0, 0);
+    for character in arguments.chars() {
+        if depth < 0 {
+            return None;
+        }
+        match character {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth -= 1,
+            ',' if depth == 0 => count += 1,
+            _ => {}
+        }
+    }
+    (depth >= 0).then_some(count)
+}
+
+/// The templates of all messages that the parser, the checker and the readers of networks build.
+fn templates() -> Vec<String> {
+    let mut paths = Vec::new();
+    for folder in ["syntax/check", "syntax/parse", "io"] {
+        sources(&root().join("bp-core/src/compiler").join(folder), &mut paths);
+    }
+    let mut found = Vec::new();
+    for path in paths {
+        let text = std::fs::read_to_string(path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap_or("");
+        // A call that builds a diagnostic, or the message that is given to it.
+        for (marker, most) in
+            [("Diagnostic::new(", 1), ("complain(", 1), ("complain_and_help(", 1), ("let message =", 9)]
+        {
+            for (at, _) in code.match_indices(marker) {
+                let statement = code[at + marker.len()..].split(";\n").next().unwrap_or("");
+                // The message is the second argument of a call; a text further behind is a help.
+                let before = statement.split('"').next().unwrap_or("");
+                if marker.ends_with('(') && commas(before) != Some(1) {
+                    continue;
+                }
+                let messages = literals(statement)
+                    .into_iter()
+                    .filter(|literal| literal.trim().contains(' ') && !literal.starts_with([' ', ';']));
+                found.extend(messages.take(most).map(|literal| template(&literal)));
+            }
+        }
+    }
+    assert!(found.len() > 150, "{} messages in the source", found.len());
+    found
+}
+
+/// The kinds of errors: name, explanation and text.
+fn kinds() -> Vec<(String, String, String)> {
+    let source = std::fs::read_to_string(root().join("bp-core/src/compiler/error.rs")).unwrap();
+    let list = source.split_once("pub enum Error {").unwrap().1.split("\n}\n").next().unwrap();
+    let parts: Vec<&str> = list.split("#[error(").collect();
+    let found: Vec<_> = (parts.windows(2))
+        .map(|pair| {
+            let lines = pair[0].lines().rev().skip(1).take_while(|line| line.trim_start().starts_with("///"));
+            let mut lines: Vec<&str> = lines.map(|line| line.trim().trim_start_matches("/// ")).collect();
+            lines.reverse();
+            assert!(!lines.is_empty(), "an error without an explanation");
+            let words = literals(pair[1]).into_iter().next().map(|text| template(&text).replace(HOLE, "…"));
+            let after = pair[1]
+                .lines()
+                .find(|line| line.starts_with("    ") && line.trim().starts_with(char::is_uppercase));
+            let name: String =
+                after.unwrap().trim().chars().take_while(|character| character.is_alphanumeric()).collect();
+            (name, lines.join(" "), words.unwrap_or_default())
+        })
+        .collect();
+    assert!(found.len() > 12, "{found:?}");
+    found
 }
 
 #[test]

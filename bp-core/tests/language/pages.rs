@@ -20,7 +20,8 @@ pub(crate) fn bp(arguments: &[&str]) -> String {
 /// The programs of the tests, of the gallery and of the map, from the root.
 pub(crate) fn programs() -> Vec<String> {
     let mut found = Vec::new();
-    for folder in ["tests/programs", "examples", "bvm/models", "bp-core/tests/posteriors"] {
+    for folder in ["tests/programs", "examples", "examples/course", "bvm/models", "bp-core/tests/posteriors"]
+    {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let name = entry.unwrap().file_name().to_string_lossy().into_owned();
             if name.ends_with(".bp") {
@@ -81,6 +82,29 @@ fn documents_for_latex() {
         |open: &str, close: &str| assert_eq!(text.matches(open).count(), text.matches(close).count());
     balanced("\\begin{", "\\end{");
     assert!(text.starts_with("\\documentclass") && text.ends_with("\\end{document}\n"));
+}
+
+#[test]
+fn a_document_with_letters_that_latex_cannot_set_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("weather.bp");
+    let text =
+        "program Weather { variables { 雨 : bool; } decomposition { P(雨) } forms { P(雨) = bernoulli(0.3); }
+                question rain { P(雨) } }";
+    std::fs::write(&path, text).unwrap();
+    let file = path.to_str().unwrap();
+    for command in ["explain", "print"] {
+        let all = [command, file, "--latex", "--standalone"];
+        let output = Command::new(env!("CARGO_BIN_EXE_bp")).args(all).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            output.status.code() == Some(1) && said.contains("`雨`") && said.contains("XeLaTeX"),
+            "{said}"
+        );
+        assert!(output.stdout.is_empty());
+        // A part of a document that another engine sets keeps them.
+        assert!(bp(&[command, file, "--latex"]).contains('雨'));
+    }
 }
 
 #[test]

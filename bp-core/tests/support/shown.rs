@@ -75,13 +75,3 @@ impl Shown<'_> {
         commands
     }
 }
-
-/// Copies the files of a folder, without those of the folders in it.
-pub(crate) fn copy(root: &Path, part: &str, to: &Path) {
-    std::fs::create_dir_all(to.join(part)).unwrap();
-    for entry in std::fs::read_dir(root.join(part)).unwrap().map(|entry| entry.unwrap()) {
-        if entry.path().is_file() {
-            std::fs::copy(entry.path(), to.join(part).join(entry.file_name())).unwrap();
-        }
-    }
-}

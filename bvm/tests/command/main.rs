@@ -7,6 +7,9 @@ mod course;
 mod explore;
 mod general;
 mod hearing;
+#[path = "../../../bp-core/tests/support/help.rs"]
+mod help;
 mod inputs;
+mod options;
 #[path = "../../../bp-core/tests/support/shown.rs"]
 mod shown;

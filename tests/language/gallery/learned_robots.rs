@@ -5,8 +5,8 @@
 //! here.
 
 use super::laws::normal;
-use super::learning::{chance, maximised, observed};
-use super::{answers, near, probabilities, program};
+use super::learning::{chance, maximised, observed, weights};
+use super::{answers, folder, near, probabilities, program};
 use bp_core::compiler::random::{Random, seeded};
 use std::collections::BTreeMap;
 
@@ -62,18 +62,23 @@ fn misfit(rows: &[f64], behaviour: usize, contexts: &BTreeMap<(i32, i32), Vec<f6
     each.sum::<f64>() / contexts.len() as f64
 }
 
+/// Dir, Prox and Vrot of a driver.
+fn driven(behaviour: usize, count: usize) -> Vec<Vec<f64>> {
+    let mut generator = seeded(4, BEHAVIOURS[behaviour]);
+    let triple = |_| {
+        let (dir, prox) = (whole(&mut generator, -10, 10), whole(&mut generator, 0, 15));
+        vec![dir, prox, drawn(&mut generator, &driver(behaviour, dir, prox))]
+    };
+    (0..count).map(triple).collect()
+}
+
 fn learns_to_drive(behaviour: usize, count: usize) {
     let model = program(BEHAVIOURS[behaviour]);
-    let mut generator = seeded(4, BEHAVIOURS[behaviour]);
     let mut contexts: BTreeMap<(i32, i32), Vec<f64>> = BTreeMap::new();
-    let triples: Vec<Vec<f64>> = (0..count)
-        .map(|_| {
-            let (dir, prox) = (whole(&mut generator, -10, 10), whole(&mut generator, 0, 15));
-            let turn = drawn(&mut generator, &driver(behaviour, dir, prox));
-            contexts.entry((dir as i32, prox as i32)).or_default().push(turn);
-            vec![dir, prox, turn]
-        })
-        .collect();
+    let triples = driven(behaviour, count);
+    for triple in &triples {
+        contexts.entry((triple[0] as i32, triple[1] as i32)).or_default().push(triple[2]);
+    }
     let learned = observed(&model, &["Dir", "Prox", "Vrot"], &triples).learned().unwrap();
     let rows = probabilities(learned.model(), "turn", &[]);
     // The law of a context's own speeds; a single value if these are all equal, and that of all contexts if there are
@@ -197,6 +202,35 @@ fn when_the_driver_avoids_is_learned_from_how_the_robot_turned() {
         assert!(
             error < 0.06 && (found - avoid).abs() < 4.0 * error,
             "Prox {prox}: {found}, {avoid} ± {error}"
+        );
+    }
+}
+
+/// The data files of the gallery's page are draws of this file and of `learning.rs`; `BLESS=1` writes them anew.
+#[test]
+fn data_of_the_page_are_drawn_from_the_drivers() {
+    let turns = ["Dir", "Prox", "Vrot"];
+    let weights: Vec<Vec<f64>> =
+        weights(1000).iter().map(|row| vec![(row[0] * 100.0).round() / 100.0]).collect();
+    let files: [(&str, &[&str], Vec<Vec<f64>>); 5] = [
+        ("pushing", &turns, driven(0, 2000)),
+        ("following", &turns, driven(1, 2000)),
+        ("avoiding", &turns, driven(2, 2000)),
+        ("homing", &["Dir", "Prox", "Theta", "Vrot"], homing(1000).0),
+        ("weights", &["Weight"], weights),
+    ];
+    for (name, columns, rows) in files {
+        let line = |row: &Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+        let rows: Vec<String> = rows.iter().map(line).collect();
+        let text = format!("{}\n{}\n", columns.join(","), rows.join("\n"));
+        let path = folder().join(format!("data/{name}.csv"));
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        assert!(
+            std::fs::read_to_string(&path).unwrap_or_default() == text,
+            "{} has other draws",
+            path.display()
         );
     }
 }

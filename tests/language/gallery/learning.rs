@@ -96,16 +96,24 @@ fn a_normal_law_of_six_numbers() {
     }
 }
 
+/// The share of the light ones, and mean and deviation of both kinds.
+const LIGHT: f64 = 0.55;
+const WEIGHTS: [[f64; 2]; 2] = [[45.0, 10.0], [55.0, 15.0]];
+
+/// Weights of both kinds.
+pub(crate) fn weights(count: usize) -> Vec<Vec<f64>> {
+    let mut generator = seeded(15, "weights");
+    let one = |_| {
+        let kind = usize::from(chance(&mut generator) >= LIGHT);
+        vec![Law::Normal.draw(&mut generator, &WEIGHTS[kind])]
+    };
+    (0..count).map(one).collect()
+}
+
 #[test]
 fn two_kinds_of_weights_are_separated() {
-    let mut generator = seeded(15, "weights");
-    let (light, laws) = (0.55, [[45.0, 10.0], [55.0, 15.0]]);
-    let weights: Vec<Vec<f64>> = (0..1000)
-        .map(|_| {
-            let kind = usize::from(chance(&mut generator) >= light);
-            vec![Law::Normal.draw(&mut generator, &laws[kind])]
-        })
-        .collect();
+    let (light, laws) = (LIGHT, WEIGHTS);
+    let weights = weights(1000);
     let model = program("mixture_learning");
     // The initial values in the program.
     assert_eq!(default(&model, "light"), [0.7]);

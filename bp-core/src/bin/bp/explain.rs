@@ -106,6 +106,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         write_json(&plans, arguments.layout, arguments.forms, &mut page)?;
     } else if arguments.latex {
         write_latex(&model, &plans, arguments.standalone, arguments.forms, &mut page)?;
+        if arguments.standalone {
+            latex::check(&String::from_utf8_lossy(&page))?;
+        }
     } else {
         let bold = arguments.out.is_none() && colour(&std::io::stdout());
         for (position, (model, plan)) in plans.iter().enumerate() {

@@ -30,7 +30,7 @@ impl Failure {
         let words = match self {
             Failure::Wrong(wrong, source) => explained(&wrong, &source),
             Failure::Data(Error::Program { text, wrong }) => explained(&wrong, &text),
-            Failure::Data(error) => format!("error: {error}\n"),
+            Failure::Data(error) => format!("error: {error}\n{}", see(entry(&error))),
             Failure::Words(words) => format!("error: {words}\n"),
             Failure::Reported => String::new(),
             Failure::Output(error) if error.kind() == ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
@@ -45,10 +45,27 @@ impl Failure {
 /// Diagnostics, with the entries of the reference that explain them.
 fn explained(wrong: &Diagnostics, source: &Source) -> String {
     let mut words = wrong.render(source, colour(&std::io::stderr()));
-    let mut entries: Vec<String> = wrong.iter().filter_map(|one| about(&one.message)).collect();
-    entries.dedup();
-    entries.iter().for_each(|entry| words.push_str(&format!("see: bp reference {entry}\n")));
+    let mut entries: Vec<String> = Vec::new();
+    for entry in wrong.iter().filter_map(|one| about(&one.message)) {
+        if !entries.contains(&entry) {
+            entries.push(entry);
+        }
+    }
+    words.push_str(&see(entries));
     words
+}
+
+/// The entry that explains an invalid number of a form: that of the form.
+fn entry(error: &Error) -> Option<String> {
+    match error {
+        Error::Number { form, .. } => about(&format!("`{}`", form.split_once(" = ")?.1)),
+        Error::Row { error, .. } | Error::Subroutine { error, .. } => entry(error),
+        _ => None,
+    }
+}
+
+fn see(entries: impl IntoIterator<Item = String>) -> String {
+    entries.into_iter().map(|entry| format!("see: bp reference {entry}\n")).collect()
 }
 
 impl From<Error> for Failure {

@@ -5,7 +5,8 @@
 
 use crate::cost::{self, Table};
 use crate::explain::derived;
-use bp_core::compiler::latex::{breakable, escaped};
+use crate::failure::Failure;
+use bp_core::compiler::latex::{breakable, escaped, unset};
 use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::{Notation, Plan};
 use std::io::{Result, Write};
@@ -16,6 +17,17 @@ const PREAMBLE: &str = "\\documentclass{article}
 \\usepackage[margin=25mm]{geometry}
 \\usepackage{amsmath,array}
 ";
+
+/// Refuses a document that pdfLaTeX cannot set.
+pub(crate) fn check(document: &str) -> std::result::Result<(), Failure> {
+    match unset(document) {
+        None => Ok(()),
+        Some(word) => Err(Failure::Words(format!(
+            "`{word}` has letters for which pdfLaTeX has no font: leave out --standalone, and put the result into a \
+             document for XeLaTeX or LuaLaTeX with a font that has them"
+        ))),
+    }
+}
 
 /// Opens a document on a program.
 pub(crate) fn open(model: &Model, out: &mut impl Write) -> Result<()> {

@@ -108,6 +108,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     if let Some(to) = &arguments.out {
         files::check_name(to).map_err(|error| Error::file(to, error))?;
     }
+    if let Some(path) = &arguments.plot {
+        plot::check_path(path)?;
+    }
     let source = program::read(&arguments.file)?;
     let model = match compile(&source) {
         Ok(model) => model,
@@ -151,12 +154,13 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     });
     bar.finish_and_clear();
     let learned = learned?;
-    if let Some(to) = &arguments.out {
-        let text = program_text(&source, &learned, arguments)?;
-        output::write(Some(to), text.as_bytes(), out)?;
-    }
+    let text = arguments.out.as_ref().map(|_| program_text(&source, &learned, arguments)).transpose()?;
+    // A program is written only beside the picture that was wanted.
     if let Some(path) = &arguments.plot {
         plot::learned(&source, &learned, table.as_ref(), path, out)?;
+    }
+    if let (Some(to), Some(text)) = (&arguments.out, text) {
+        output::write(Some(to), text.as_bytes(), out)?;
     }
     // Where stdout is the program, the report is beside it.
     let beside = arguments.out.as_deref().is_some_and(output::is_stdout);

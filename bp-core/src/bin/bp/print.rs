@@ -4,7 +4,7 @@
 //! what is missing is listed; only a text that cannot be read as a program is an error.
 
 use crate::failure::Failure;
-use crate::{output, program};
+use crate::{latex, output, program};
 use bp_core::compiler::io::{self, Format};
 use bp_core::compiler::plan::Notation;
 use bp_core::compiler::print::{document, fragment, page, sheets};
@@ -65,7 +65,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     };
     let sheets = sheets(&file, notation);
     let shown = if arguments.standalone {
-        document(&sheets)
+        let document = document(&sheets);
+        latex::check(&document)?;
+        document
     } else if arguments.latex {
         sheets.iter().map(fragment).collect::<Vec<_>>().join("\n")
     } else if arguments.html {

@@ -1,4 +1,4 @@
-//! `bp reference`: an entry of the reference of the language.
+//! `bp reference`: an entry of the reference.
 //!
 //! In: a name. Out: its entry, as text. Invariant: the text is that of the pages under `docs/reference`.
 
@@ -7,17 +7,19 @@ use crate::wrap;
 use bp_core::compiler::reference::{self, Entry, kinds};
 use std::io::Write;
 
-/// Explain a domain, form, function, question or word of the language.
+/// Explain a domain, form, function, question or word of the language, or an option.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   bp reference                (all names)
   bp reference poisson
+  bp reference --plot
   bp reference forms          (each form in a line)
 
 `bp help` describes the commands.")]
 pub(crate) struct Arguments {
-    /// A name such as `poisson`, or a kind: `domains`, `forms`, `functions`, `questions`, `words`.
+    /// A name such as `poisson` or `--plot`, or a kind: `domains`, `forms`, `functions`, `questions`, `words`, `options`.
+    #[arg(allow_hyphen_values = true)]
     name: Option<String>,
 }
 
@@ -70,7 +72,7 @@ fn write(entry: &Entry, out: &mut impl Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Markdown without emphasis and the targets of links.
+/// Markdown without emphasis, escapes and the targets of links.
 fn plain(line: &str) -> String {
     let (mut shown, mut rest) = (String::new(), line);
     while let Some((before, after)) = rest.split_once("](") {
@@ -78,5 +80,5 @@ fn plain(line: &str) -> String {
         rest = after.split_once(')').map_or("", |(_, rest)| rest);
     }
     shown.push_str(rest);
-    shown.replace("**", "")
+    shown.replace("**", "").replace("\\<", "<").replace("\\*", "*")
 }

@@ -3,6 +3,7 @@
 //! In: panels. Out: the bytes of a PNG or an SVG. Invariant: text is in the included font, or in SVG in any sans-serif
 //! one; colours differ in lightness too, so that they can be distinguished in grey.
 
+use super::labels::{fitted, shortened, tick, tick_between};
 use super::{Bars, Course, Density, Panel};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -116,26 +117,6 @@ fn range(numbers: impl Iterator<Item = f64>, zero: bool) -> (f64, f64) {
     (below, high + margin)
 }
 
-/// A number on an axis: up to four digits, without trailing zeros.
-pub(super) fn tick(number: &f64) -> String {
-    let size = number.abs();
-    if size != 0.0 && !(1e-4..1e6).contains(&size) {
-        return format!("{number:.1e}").replace('-', "−");
-    }
-    let digits = if size == 0.0 { 0 } else { (3 - size.log10().floor() as i32).clamp(0, 6) as usize };
-    let text = format!("{number:.digits$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
-}
-
-/// A title that fits its panel.
-pub(super) fn shortened(text: &str, most: usize) -> String {
-    match text.chars().count() > most {
-        true => text.chars().take(most - 1).chain(['…']).collect(),
-        false => text.to_owned(),
-    }
-}
-
 impl Pen {
     pub(super) fn text(&self, size: u32) -> TextStyle<'static> {
         (FONT, size * self.fine).into_font().color(&INK)
@@ -163,16 +144,13 @@ impl Pen {
         );
         let mut chart =
             self.builder(area, &panel.title).build_cartesian_2d(-0.5..count as f64 - 0.5, low..high)?;
-        let longest = panel.bars.iter().map(|(label, _, _)| label.chars().count()).max().unwrap_or(0);
-        // Labels that would overlap are left out, at equal distances.
-        let each = ((longest * count) / 95 + 1).min(count.max(1));
+        let labels: Vec<String> = panel.bars.iter().map(|(label, _, _)| label.clone()).collect();
+        let (labels, each) = fitted(&labels, 95);
         let label = |at: &f64| {
             let nearest = at.round();
             let position = nearest as usize;
             match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && position.is_multiple_of(each) {
-                true => {
-                    panel.bars.get(position).map_or_else(String::new, |(label, _, _)| shortened(label, 40))
-                }
+                true => labels.get(position).cloned().unwrap_or_default(),
                 false => String::new(),
             }
         };
@@ -183,7 +161,7 @@ impl Pen {
             .bold_line_style(GRID)
             .x_labels((count * 2).max(2))
             .x_label_formatter(&label)
-            .y_label_formatter(&tick)
+            .y_label_formatter(&tick_between(low, high))
             .x_desc(shortened(&panel.across, 90))
             .y_desc(panel.upwards.as_str())
             .label_style(self.text(13))
@@ -224,13 +202,14 @@ impl Pen {
         all.sort_by(f64::total_cmp);
         let cap = all.get(all.len() * 99 / 100).copied().unwrap_or(0.0) * 1.6;
         let (_, high) = range(points().map(|(_, y)| y.min(cap)).chain(heights), true);
+        let across = tick_between(left, right);
         let mut chart = self.builder(area, &panel.title).build_cartesian_2d(left..right, 0.0..high)?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
             .bold_line_style(GRID)
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
+            .x_label_formatter(&across)
+            .y_label_formatter(&tick_between(0.0, high))
             .x_desc(panel.across.as_str())
             .y_desc(format!("probability density (per unit of {})", shortened(&panel.across, 20)))
             .label_style(self.text(13))
@@ -255,7 +234,7 @@ impl Pen {
                 [from, to].map(|x| PathElement::new([(x, 0.0), (x, high)], COLOURS[0].stroke_width(unit)));
             chart
                 .draw_series(ends)?
-                .label(format!("90 %: {} to {}", tick(&from), tick(&to)))
+                .label(format!("90 %: {} to {}", across(&from), across(&to)))
                 .legend(move |at| key_box(at, unit, COLOURS[0].mix(0.3).filled()));
         }
         for (number, (name, points)) in panel.curves.iter().enumerate() {
@@ -270,7 +249,7 @@ impl Pen {
             let line = PathElement::new([(mean, 0.0), (mean, high)], COLOURS[1].stroke_width(2 * self.fine));
             chart
                 .draw_series([line])?
-                .label(format!("mean {}", tick(&mean)))
+                .label(format!("mean {}", across(&mean)))
                 .legend(move |at| key_line(at, unit, COLOURS[1]));
         }
         chart
@@ -299,8 +278,8 @@ impl Pen {
             .configure_mesh()
             .light_line_style(WHITE)
             .bold_line_style(GRID)
-            .x_label_formatter(&tick)
-            .y_label_formatter(&tick)
+            .x_label_formatter(&tick_between(left, right))
+            .y_label_formatter(&tick_between(low, high))
             .x_desc(panel.across.as_str())
             .y_desc(panel.upwards.as_str())
             .label_style(self.text(13))
@@ -325,13 +304,20 @@ impl Pen {
                 chart.draw_series(line.points.iter().map(dot))?;
             }
         }
+        // On the right, where there are fewer points.
+        let last = || points().filter(|(x, _)| *x > left + 0.7 * (right - left));
+        let upper = last().filter(|(_, y)| *y > 0.5 * (low + high)).count();
+        let position = match 2 * upper > last().count() {
+            true => SeriesLabelPosition::LowerRight,
+            false => SeriesLabelPosition::UpperRight,
+        };
         chart
             .configure_series_labels()
             .background_style(WHITE.mix(0.85))
             .border_style(GRID)
             .label_font(self.text(13))
             .legend_area_size(24 * self.fine)
-            .position(SeriesLabelPosition::UpperRight)
+            .position(position)
             .draw()
     }
 }

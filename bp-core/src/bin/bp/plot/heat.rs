@@ -4,7 +4,8 @@
 //! darkest the greatest.
 
 use super::Heat;
-use super::canvas::{Area, Drawn, Pen, shortened, tick};
+use super::canvas::{Area, Drawn, Pen};
+use super::labels::{abridged, fitted, tick_between};
 use plotters::prelude::*;
 
 impl Pen {
@@ -18,17 +19,18 @@ impl Pen {
         let mut chart = self
             .builder(&map, &panel.title)
             .build_cartesian_2d(-0.5..columns as f64 - 0.5, -0.5..rows as f64 - 0.5)?;
-        let label = |labels: &[String], at: f64, room: usize| {
-            let longest = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
-            let each = ((longest.min(12) * labels.len()) / room + 1).min(labels.len());
+        let label = |(labels, each): &(Vec<String>, usize), at: f64| {
             let nearest = at.round();
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && (nearest as usize).is_multiple_of(each) {
-                true => labels.get(nearest as usize).map_or_else(String::new, |label| shortened(label, 12)),
+            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && (nearest as usize).is_multiple_of(*each) {
+                true => labels.get(nearest as usize).cloned().unwrap_or_default(),
                 false => String::new(),
             }
         };
-        let (across, upwards) =
-            (|at: &f64| label(&panel.across.1, *at, 70), |at: &f64| label(&panel.upwards.1, *at, 200));
+        // Those of the rows stand one above the other, so that each has the same room.
+        let short: Vec<String> = panel.upwards.1.iter().map(|label| abridged(label, 12)).collect();
+        let lines = (short, panel.upwards.1.len() / 18 + 1);
+        let places = fitted(&panel.across.1, 70);
+        let (across, upwards) = (|at: &f64| label(&places, *at), |at: &f64| label(&lines, *at));
         chart
             .configure_mesh()
             .disable_mesh()
@@ -56,7 +58,7 @@ impl Pen {
             .set_secondary_coord(0.0..1.0, lowest..lowest + span);
         bar.configure_secondary_axes()
             .y_desc(panel.measure.as_str())
-            .y_label_formatter(&tick)
+            .y_label_formatter(&tick_between(lowest, lowest + span))
             .label_style(self.text(13))
             .axis_desc_style(self.text(14))
             .draw()?;

@@ -3,13 +3,13 @@
 //! In: a report, the learned program, the data. Out: panels. Invariant: a histogram has the weight of the cases of its
 //! context only, and its area is one.
 
+use super::contexts::laws;
+use super::panels::points;
 use super::{Course, Curve, Density, Panel};
 use bp_core::compiler::answer::NamedLaw;
 use bp_core::compiler::data::Records;
-use bp_core::compiler::ids::ExpressionId;
 use bp_core::compiler::learn::Learned;
-use bp_core::compiler::model::{Expression, Form, Model};
-use bp_core::compiler::operators::Unary;
+use bp_core::compiler::model::Model;
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::{check, graft, parse};
 
@@ -82,9 +82,8 @@ pub(super) fn learning(source: &Source, learned: &Learned, data: Option<&Records
         let margin = 0.08 * (high - low);
         let (low, high) = (low - margin, high + margin);
         let curve = |(label, law): &(String, NamedLaw)| {
-            let x = |point: usize| low + (high - low) * point as f64 / 240.0;
-            let points = (0..=240).map(|point| (x(point), law.density(x(point))));
-            (label.clone(), points.filter(|(_, y)| y.is_finite()).collect())
+            let points = points(low, high, &[(law.mean(), law.variance().sqrt())]).into_iter();
+            (label.clone(), points.map(|x| (x, law.density(x))).filter(|(_, y)| y.is_finite()).collect())
         };
         panels.push(Panel::Density(Density {
             title: format!("{} and the data", model.head(factor)),
@@ -96,46 +95,6 @@ pub(super) fn learning(source: &Source, learned: &Learned, data: Option<&Records
         }));
     }
     panels
-}
-
-/// The laws of a form whose parameters are numbers, each with its condition.
-fn laws(model: &Model, form: &Form) -> Vec<(String, NamedLaw)> {
-    let mut found = Vec::new();
-    collect(model, form, String::new(), &mut found);
-    found
-}
-
-fn collect(model: &Model, form: &Form, when: String, found: &mut Vec<(String, NamedLaw)>) {
-    match form {
-        Form::Law { law, arguments } => {
-            let numbers: Option<Vec<f64>> = arguments.iter().map(|id| number(model, *id)).collect();
-            if let Some(numbers) = numbers {
-                let mut parameters = [0.0; 3];
-                parameters[..numbers.len()].copy_from_slice(&numbers);
-                let label = if when.is_empty() { law.name().to_owned() } else { when };
-                found.push((label, NamedLaw { law: *law, parameters }));
-            }
-        }
-        Form::If { condition, then, otherwise } => {
-            let text = model.expression_text(*condition, &[]);
-            let both = |more: &str| if when.is_empty() { more.to_owned() } else { format!("{when}, {more}") };
-            collect(model, then, both(&text), found);
-            collect(model, otherwise, both(&format!("not {text}")), found);
-        }
-        _ => {}
-    }
-}
-
-/// The number of a constant, or of a parameter that is the same everywhere.
-fn number(model: &Model, id: ExpressionId) -> Option<f64> {
-    match &model.expressions[id] {
-        Expression::Number(number) => Some(*number),
-        Expression::Unary(Unary::Negate, of) => number(model, *of).map(|number| -number),
-        Expression::Parameter { parameter, indices } if indices.is_empty() => {
-            model.parameters[*parameter].default_number()
-        }
-        _ => None,
-    }
 }
 
 /// The numbers of a column, each with the weight 1; other cells are left out.

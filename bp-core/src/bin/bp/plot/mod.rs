@@ -4,7 +4,9 @@
 //! not at all; it needs no installed font (DejaVu Sans is included); every panel has a title and named axes.
 
 mod canvas;
+mod contexts;
 mod heat;
+mod labels;
 mod learning;
 mod panels;
 
@@ -12,6 +14,8 @@ use crate::failure::Failure;
 use crate::output;
 use bp_core::compiler::answer::Answer;
 use bp_core::compiler::data::Records;
+use bp_core::compiler::error::Error;
+use bp_core::compiler::files;
 use bp_core::compiler::learn::Learned;
 use bp_core::compiler::model::Model;
 use bp_core::compiler::source::Source;
@@ -97,7 +101,28 @@ pub(crate) fn learned(
     write(&learning::learning(source, learned, data), path, out)
 }
 
-/// Writes a picture of panels: PNG or SVG, by the extension of its path.
+/// Whether a picture is written as SVG, and not as PNG: by the extension of its path. Any other path is an error.
+fn is_svg(path: &Path) -> Result<bool, Failure> {
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("svg") => Ok(true),
+        Some("png") => Ok(false),
+        _ => {
+            let path = path.display();
+            Err(Failure::Words(format!(
+                "a plot is written as PNG or SVG: name it `….png` or `….svg`, not `{path}`"
+            )))
+        }
+    }
+}
+
+/// Refuses a path to which no picture can be written, before the work that it would show.
+pub(crate) fn check_path(path: &Path) -> Result<(), Failure> {
+    is_svg(path)?;
+    files::check_name(path).map_err(|error| Error::file(path, error).into())
+}
+
+/// Writes a picture of panels.
 fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Failure> {
     if panels.is_empty() {
         return Err(Failure::Words(
@@ -110,17 +135,7 @@ fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Fail
             "a picture of {count} panels: ask fewer questions ({MOST_PANELS} at most)"
         )));
     }
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
-    let drawn = match extension.as_deref() {
-        Some("svg") => canvas::svg(panels),
-        Some("png") => canvas::png(panels),
-        _ => {
-            let path = path.display();
-            return Err(Failure::Words(format!(
-                "a plot is written as PNG or SVG: name it `….png` or `….svg`, not `{path}`"
-            )));
-        }
-    };
+    let drawn = if is_svg(path)? { canvas::svg(panels) } else { canvas::png(panels) };
     let bytes = drawn.map_err(|error| Failure::Words(format!("the plot cannot be drawn: {error}")))?;
     output::write(Some(path), &bytes, out)
 }

@@ -144,9 +144,14 @@ fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<P
     if !(low.is_finite() && high.is_finite() && low < high) {
         return None;
     }
-    let x = |point: usize| low + (high - low) * point as f64 / (POINTS - 1) as f64;
-    let points: Vec<(f64, f64)> =
-        (0..POINTS).map(|point| (x(point), at(x(point)))).filter(|(_, y)| y.is_finite()).collect();
+    let narrow = match &alone.law {
+        PartLaw::Mixture(mixture) => {
+            mixture.0.iter().map(|part| (part.mean[0], part.covariance[0].max(0.0).sqrt())).collect()
+        }
+        _ => Vec::new(),
+    };
+    let points = points(low, high, &narrow);
+    let points = points.into_iter().map(|x| (x, at(x))).filter(|(_, y)| y.is_finite()).collect();
     let (mean, interval) = summary(&alone);
     Some(Panel::Density(Density {
         title,
@@ -156,6 +161,21 @@ fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<P
         interval,
         mean,
     }))
+}
+
+/// Where a density is evaluated: at equal distances, and around the mean of each of its parts by parts of its deviation, so
+/// that a part between two of those points is drawn too.
+pub(super) fn points(low: f64, high: f64, parts: &[(f64, f64)]) -> Vec<f64> {
+    let even = (0..POINTS).map(|point| low + (high - low) * point as f64 / (POINTS - 1) as f64);
+    let around = |(mean, deviation): &(f64, f64)| {
+        let (mean, deviation) = (*mean, *deviation);
+        (-24..=24).map(move |step| mean + deviation * f64::from(step) / 6.0)
+    };
+    let parts = parts.iter().filter(|(_, deviation)| *deviation < (high - low) / 40.0);
+    let mut all: Vec<f64> = even.chain(parts.flat_map(around)).filter(|x| (low..=high).contains(x)).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
 }
 
 /// Mean, and quantiles at 5 % and 95 %.
