@@ -78,7 +78,7 @@ pub fn entries() -> Vec<Entry> {
 pub fn named(name: &str) -> Vec<Entry> {
     let bare = name.trim_start_matches('-');
     let is_named = |one: &&str| *one == name || one.strip_prefix("--") == Some(bare);
-    entries().into_iter().filter(|entry| entry.names.iter().any(|one| is_named(&one))).collect()
+    entries().into_iter().filter(|entry| entry.names.iter().any(is_named)).collect()
 }
 
 /// What to say about a name without an entry.

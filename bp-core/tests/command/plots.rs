@@ -199,6 +199,20 @@ fn long_labels_are_abridged_and_those_of_wide_letters_too() {
 }
 
 #[test]
+fn a_png_whose_font_lacks_letters_says_so() {
+    let (folder, path) = program(
+        "program L { variables { X : { 雨, 晴 }; } decomposition { P(X) } forms { P(X) = uniform; } }",
+    );
+    for (name, warned) in [("plot.png", true), ("plot.svg", false)] {
+        let plot = folder.path().join(name);
+        let output = bp(&["ask", &path, "P(X)", "--plot", plot.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && plot.exists(), "{said}");
+        assert_eq!(said.contains("`雨`") && said.contains("write SVG"), warned, "{said}");
+    }
+}
+
+#[test]
 fn contexts_are_written_with_the_names_of_values() {
     let (folder, path) = program(
         "program M { variables { K : bool; L : { Low, Middle, High }; X : real; } decomposition { P(K) P(L) P(X | K L) }

@@ -206,16 +206,19 @@ fn when_the_driver_avoids_is_learned_from_how_the_robot_turned() {
     }
 }
 
+/// The name of a data file, its columns and its rows.
+type DataFile = (&'static str, &'static [&'static str], Vec<Vec<f64>>);
+
 /// The data files of the gallery's page are draws of this file and of `learning.rs`; `BLESS=1` writes them anew.
 #[test]
 fn data_of_the_page_are_drawn_from_the_drivers() {
-    let turns = ["Dir", "Prox", "Vrot"];
+    const TURNS: [&str; 3] = ["Dir", "Prox", "Vrot"];
     let weights: Vec<Vec<f64>> =
         weights(1000).iter().map(|row| vec![(row[0] * 100.0).round() / 100.0]).collect();
-    let files: [(&str, &[&str], Vec<Vec<f64>>); 5] = [
-        ("pushing", &turns, driven(0, 2000)),
-        ("following", &turns, driven(1, 2000)),
-        ("avoiding", &turns, driven(2, 2000)),
+    let files: [DataFile; 5] = [
+        ("pushing", &TURNS, driven(0, 2000)),
+        ("following", &TURNS, driven(1, 2000)),
+        ("avoiding", &TURNS, driven(2, 2000)),
         ("homing", &["Dir", "Prox", "Theta", "Vrot"], homing(1000).0),
         ("weights", &["Weight"], weights),
     ];

@@ -11,7 +11,8 @@ mod learning;
 mod panels;
 
 use crate::failure::Failure;
-use crate::output;
+use crate::wrap::columns;
+use crate::{output, program};
 use bp_core::compiler::answer::Answer;
 use bp_core::compiler::data::Records;
 use bp_core::compiler::error::Error;
@@ -79,6 +80,33 @@ pub(crate) struct Heat {
     pub(crate) numbers: Vec<f64>,
 }
 
+impl Panel {
+    /// The names and values in its text.
+    fn words(&self) -> Vec<&String> {
+        match self {
+            Panel::Bars(bars) => {
+                [&bars.title, &bars.across].into_iter().chain(bars.bars.iter().map(|(label, _, _)| label)).collect()
+            }
+            Panel::Density(density) => {
+                let names = density.curves.iter().map(|(name, _)| name);
+                [&density.title, &density.across].into_iter().chain(names).collect()
+            }
+            Panel::Course(course) => {
+                [&course.title].into_iter().chain(course.lines.iter().map(|line| &line.name)).collect()
+            }
+            Panel::Heat(heat) => {
+                let values = heat.across.1.iter().chain(&heat.upwards.1);
+                [&heat.title, &heat.across.0, &heat.upwards.0].into_iter().chain(values).collect()
+            }
+        }
+    }
+}
+
+/// Whether a text has letters of Chinese, Japanese or Korean, which are wide.
+fn has_wide(text: &str) -> bool {
+    columns(text) > text.chars().count()
+}
+
 /// Writes a picture of answers.
 pub(crate) fn answers(
     model: &Model,
@@ -136,6 +164,10 @@ fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Fail
         )));
     }
     let drawn = if is_svg(path)? { canvas::svg(panels) } else { canvas::png(panels) };
+    // In SVG the reader's fonts are used.
+    if let (false, Some(word)) = (is_svg(path)?, panels.iter().flat_map(Panel::words).find(|word| has_wide(word))) {
+        program::warn(&format!("warning: the font of PNG plots has no letters for `{word}`, and shows boxes: write SVG"));
+    }
     let bytes = drawn.map_err(|error| Failure::Words(format!("the plot cannot be drawn: {error}")))?;
     output::write(Some(path), &bytes, out)
 }
