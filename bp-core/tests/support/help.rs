@@ -51,7 +51,8 @@ pub(crate) fn choices(help: &str) -> Vec<Choice> {
     for line in part(help, "Arguments:").chain(part(help, "Options:")) {
         let text = line.trim();
         let begins = line.starts_with("  ") && !line.starts_with("           ") && !text.is_empty();
-        let remark = text.starts_with("[default") || text.starts_with("[possible") || text.starts_with("[alias");
+        let remark =
+            text.starts_with("[default") || text.starts_with("[possible") || text.starts_with("[alias");
         if begins && !remark && text.starts_with(['-', '<', '[']) {
             let (typed, words) = text.split_once("  ").unwrap_or((text, ""));
             let typed = typed.rsplit_once(", ").map_or(typed, |(_, long)| long).to_owned();

@@ -84,9 +84,10 @@ impl Panel {
     /// The names and values in its text.
     fn words(&self) -> Vec<&String> {
         match self {
-            Panel::Bars(bars) => {
-                [&bars.title, &bars.across].into_iter().chain(bars.bars.iter().map(|(label, _, _)| label)).collect()
-            }
+            Panel::Bars(bars) => [&bars.title, &bars.across]
+                .into_iter()
+                .chain(bars.bars.iter().map(|(label, _, _)| label))
+                .collect(),
             Panel::Density(density) => {
                 let names = density.curves.iter().map(|(name, _)| name);
                 [&density.title, &density.across].into_iter().chain(names).collect()
@@ -165,8 +166,12 @@ fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Fail
     }
     let drawn = if is_svg(path)? { canvas::svg(panels) } else { canvas::png(panels) };
     // In SVG the reader's fonts are used.
-    if let (false, Some(word)) = (is_svg(path)?, panels.iter().flat_map(Panel::words).find(|word| has_wide(word))) {
-        program::warn(&format!("warning: the font of PNG plots has no letters for `{word}`, and shows boxes: write SVG"));
+    if let (false, Some(word)) =
+        (is_svg(path)?, panels.iter().flat_map(Panel::words).find(|word| has_wide(word)))
+    {
+        program::warn(&format!(
+            "warning: the font of PNG plots has no letters for `{word}`, and shows boxes: write SVG"
+        ));
     }
     let bytes = drawn.map_err(|error| Failure::Words(format!("the plot cannot be drawn: {error}")))?;
     output::write(Some(path), &bytes, out)
