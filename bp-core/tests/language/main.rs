@@ -17,6 +17,8 @@ mod functions;
 mod gallery_page;
 #[path = "../support/help.rs"]
 mod help;
+#[path = "../support/kinds.rs"]
+mod kinds;
 mod lists;
 mod messages;
 mod options;

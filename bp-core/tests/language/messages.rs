@@ -4,6 +4,7 @@
 //! of `Error`. Out: `docs/reference/messages.md`, which must list each of them; `BLESS=1` writes it anew. Invariant: the page and
 //! the code have one source; a message without an example is listed as the code has it.
 
+use super::kinds::{HOLE, kinds, literals, template};
 use super::pages::root;
 use bp_core::compiler::reference::{about, entries};
 use std::collections::BTreeSet;
@@ -84,7 +85,7 @@ fn page() -> String {
     text.push_str(
         "\n## Errors of data and questions\n\nThe kinds of `bp_core::Error`, with their texts.\n\n",
     );
-    for (kind, when, words) in kinds() {
+    for (kind, when, words) in kinds(&root().join("bp-core/src/compiler/error.rs")) {
         writeln!(text, "- **{kind}**: {when}\n  - {}", words.replace("](", "]\u{200b}(")).unwrap();
     }
     text
@@ -105,9 +106,6 @@ fn see(message: &str) -> String {
     }
 }
 
-/// What stands for a value in the template of a message.
-const HOLE: char = '\u{fffc}';
-
 /// Whether a message has the form of a template.
 fn matches(template: &str, message: &str) -> bool {
     let pieces: Vec<&str> = template.split(HOLE).collect();
@@ -119,41 +117,6 @@ fn matches(template: &str, message: &str) -> bool {
         }
     }
     rest.is_empty() || pieces.last().is_some_and(|last| last.is_empty())
-}
-
-/// The text of a format string, with a hole for each value.
-fn template(literal: &str) -> String {
-    let text = literal.replace("\\\"", "\"").replace("{{", "\u{1}").replace("}}", "\u{2}");
-    let (mut shown, mut rest) = (String::new(), text.as_str());
-    while let Some((before, after)) = rest.split_once('{') {
-        shown.push_str(before);
-        shown.push(HOLE);
-        rest = after.split_once('}').map_or("", |(_, rest)| rest);
-    }
-    shown.push_str(rest);
-    shown.replace('\u{1}', "{").replace('\u{2}', "}")
-}
-
-/// The string literals of a piece of code, lines that are continued joined.
-fn literals(code: &str) -> Vec<String> {
-    let (mut found, mut rest) = (Vec::new(), code);
-    while let Some((_, after)) = rest.split_once('"') {
-        let mut escaped = false;
-        let end = after.find(|character| {
-            let ends = character == '"' && !escaped;
-            escaped = character == '\\' && !escaped;
-            ends
-        });
-        let Some(end) = end else { break };
-        let pieces: Vec<&str> = after[..end].split("\\\n").collect();
-        let joined = pieces
-            .iter()
-            .enumerate()
-            .map(|(place, piece)| if place > 0 { piece.trim_start() } else { piece });
-        found.push(joined.collect());
-        rest = &after[end + 1..];
-    }
-    found
 }
 
 /// Rust files below a folder.
@@ -212,30 +175,6 @@ fn templates() -> Vec<String> {
         }
     }
     assert!(found.len() > 150, "{} messages in the source", found.len());
-    found
-}
-
-/// The kinds of errors: name, explanation and text.
-fn kinds() -> Vec<(String, String, String)> {
-    let source = std::fs::read_to_string(root().join("bp-core/src/compiler/error.rs")).unwrap();
-    let list = source.split_once("pub enum Error {").unwrap().1.split("\n}\n").next().unwrap();
-    let parts: Vec<&str> = list.split("#[error(").collect();
-    let found: Vec<_> = (parts.windows(2))
-        .map(|pair| {
-            let lines = pair[0].lines().rev().skip(1).take_while(|line| line.trim_start().starts_with("///"));
-            let mut lines: Vec<&str> = lines.map(|line| line.trim().trim_start_matches("/// ")).collect();
-            lines.reverse();
-            assert!(!lines.is_empty(), "an error without an explanation");
-            let words = literals(pair[1]).into_iter().next().map(|text| template(&text).replace(HOLE, "…"));
-            let after = pair[1]
-                .lines()
-                .find(|line| line.starts_with("    ") && line.trim().starts_with(char::is_uppercase));
-            let name: String =
-                after.unwrap().trim().chars().take_while(|character| character.is_alphanumeric()).collect();
-            (name, lines.join(" "), words.unwrap_or_default())
-        })
-        .collect();
-    assert!(found.len() > 12, "{found:?}");
     found
 }
 

@@ -10,6 +10,8 @@ mod hearing;
 #[path = "../../../bp-core/tests/support/help.rs"]
 mod help;
 mod inputs;
+#[path = "../../../bp-core/tests/support/kinds.rs"]
+mod kinds;
 mod options;
 #[path = "../../../bp-core/tests/support/shown.rs"]
 mod shown;
