@@ -233,7 +233,7 @@ impl Posterior {
                     "`{name}` is a real, which has no table: use `mean`, `interval`, `density` or `draws`"
                 )));
             }
-            numbers.extend(part.probabilities().unwrap_or_default());
+            numbers.extend(part.probabilities().iter().flatten());
         }
         let counts = self.slots().into_iter().map(|slot| slot.count);
         let instants = (parts.len() > 1).then_some(parts.len());

@@ -13,6 +13,7 @@ mod sweep;
 
 pub(crate) use eliminate::{MOST_CELLS, Orders, Product, Trace};
 
+use crate::radix;
 use bands::Bands;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -161,23 +162,8 @@ impl Potential {
 
     /// Cells in an order of the slots that contains all of the potential's own.
     fn ordered(&self, numbers: &[f64], slots: &[usize], counts: &[usize]) -> Vec<f64> {
-        let strides: Vec<usize> = slots.iter().map(|slot| self.stride(*slot, counts)).collect();
-        let cells: usize = slots.iter().map(|slot| counts[*slot]).product();
-        let mut ordered = Vec::with_capacity(cells);
-        let (mut digits, mut at) = (vec![0; slots.len()], 0);
-        for _ in 0..cells {
-            ordered.push(numbers[at]);
-            for axis in (0..slots.len()).rev() {
-                digits[axis] += 1;
-                at += strides[axis];
-                if digits[axis] < counts[slots[axis]] {
-                    break;
-                }
-                at -= strides[axis] * counts[slots[axis]];
-                digits[axis] = 0;
-            }
-        }
-        ordered
+        let axes = slots.iter().map(|slot| (counts[*slot], self.stride(*slot, counts))).collect();
+        radix::offsets(axes).map(|at| numbers[at]).collect()
     }
 
     /// The stride of a slot; 0 if the potential does not have it.

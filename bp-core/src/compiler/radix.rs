@@ -30,6 +30,35 @@ pub(crate) fn in_order(position: usize, counts: impl DoubleEndedIterator<Item = 
     all
 }
 
+/// The strides of the axes of a table, of which the last is contiguous.
+pub(crate) fn strides(lengths: &[usize]) -> Vec<usize> {
+    let mut strides = vec![1; lengths.len()];
+    for axis in (1..lengths.len()).rev() {
+        strides[axis - 1] = strides[axis] * lengths[axis];
+    }
+    strides
+}
+
+/// The offset of each cell of a table in an array, for axes with these lengths and strides in the array, the last axis
+/// fastest. An axis that the array does not have has the stride 0.
+pub(crate) fn offsets(axes: Vec<(usize, usize)>) -> impl Iterator<Item = usize> {
+    let cells = axes.iter().map(|(length, _)| *length).product();
+    let (mut ordinals, mut next) = (vec![0; axes.len()], 0);
+    (0..cells).map(move |_| {
+        let offset = next;
+        for (ordinal, (length, stride)) in ordinals.iter_mut().zip(&axes).rev() {
+            *ordinal += 1;
+            next += stride;
+            if *ordinal < *length {
+                break;
+            }
+            next -= stride * *ordinal;
+            *ordinal = 0;
+        }
+        offset
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -49,5 +78,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A table of 2, 3 and 4 values read in another order of its axes, with an axis that it does not have.
+    #[test]
+    fn offsets_are_those_of_loops() {
+        let [first, second, third] = [0, 1, 2].map(|axis| strides(&[2, 3, 4])[axis]);
+        assert_eq!([first, second, third], [12, 4, 1]);
+        let mut expected = Vec::new();
+        for c in 0..4 {
+            for a in 0..2 {
+                for _ in 0..5 {
+                    expected.extend((0..3).map(|b| 12 * a + 4 * b + c));
+                }
+            }
+        }
+        let found: Vec<usize> = offsets(vec![(4, third), (2, first), (5, 0), (3, second)]).collect();
+        assert_eq!(found, expected);
+        assert_eq!(offsets(Vec::new()).collect::<Vec<_>>(), [0]);
+        assert_eq!(offsets(vec![(2, 1), (0, 1)]).count(), 0);
     }
 }

@@ -70,9 +70,10 @@ pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Po
     let mode = all.ask(Statistic::Argmax { nearest: None }, &free);
     let answers = all.answers(vec![mode.clone()], Group::Mode)?;
     let mut answer = answers.into_iter().next().expect("internal: an answer to each ask");
-    answer.answer.truncate(1);
-    for row in &mut answer.answer {
-        let ln_evidence = answer.ln_evidence.unwrap_or(0.0);
+    let ln_evidence = answer.ln_evidence.unwrap_or(0.0);
+    let rows = answer.answer.as_list();
+    rows.truncate(1);
+    for row in rows {
         let ln_p = match row.figure {
             Figure::Probability { p } | Figure::Density { density: p } => p.ln() + ln_evidence,
             // Draws chose the values; their probability is that of the program.

@@ -6,7 +6,7 @@
 use super::lookup::{one_slot, slots_named};
 use super::value::{ordinal, value};
 use super::{Evidence, Program, Value};
-use crate::answer::{Answer, Drawn, Estimate, Part, PartLaw, Slot, ordinals};
+use crate::answer::{Answer, AnswerRows, Drawn, Estimate, Numbers, Part, PartLaw, Slot, ordinals};
 use crate::error::Error;
 use crate::model::Model;
 use crate::operators::entropy;
@@ -251,10 +251,10 @@ impl Posterior {
     /// # Errors
     /// There is no such instant.
     pub fn at(&self, instant: usize) -> Result<Self, Error> {
-        let part = self.answer.parts.iter().find(|part| part.instant == Some(instant));
-        let part = part.ok_or_else(|| {
-            let last = self.answer.parts.iter().filter_map(|part| part.instant).max();
-            self.lookup(match last {
+        let parts = &self.answer.parts;
+        let part = parts.binary_search_by_key(&Some(instant), |part| part.instant).map(|at| &parts[at]);
+        let part = part.map_err(|_| {
+            self.lookup(match parts.last().and_then(|part| part.instant) {
                 Some(last) => format!("it has no instant {instant}; its instants are 1 to {last}"),
                 None => "it has a single instant; `smooth` and `sequence` have several".to_owned(),
             })
@@ -265,11 +265,11 @@ impl Posterior {
 
     /// Number of instants: 1 except for `smooth` and `sequence`.
     pub fn instants(&self) -> usize {
-        self.answer.parts.iter().filter_map(|part| part.instant).max().unwrap_or(1)
+        self.answer.parts.last().and_then(|part| part.instant).unwrap_or(1)
     }
 
     fn with_parts(&self, parts: Vec<Part>, question: String) -> Self {
-        let rows = parts.iter().flat_map(|part| part.rows(self.model())).collect();
+        let rows = AnswerRows::of_parts(self.model(), &parts);
         let answer =
             Answer { question, answer: rows, parts, estimate: self.answer.estimate.clone(), ..self.answer };
         Self { program: self.program.clone(), answer }
@@ -298,7 +298,7 @@ impl Posterior {
     }
 
     /// The probabilities of the combinations of finite slots; for draws their estimates.
-    pub(super) fn finite(&self, part: &Part) -> Result<Vec<f64>, Error> {
+    pub(super) fn finite(&self, part: &Part) -> Result<Numbers, Error> {
         part.probabilities().ok_or_else(|| {
             let real = part.of.iter().find(|slot| slot.count == 0);
             let name = real.map_or_else(String::new, |slot| slot.name(self.model()));

@@ -6,7 +6,7 @@
 use super::settings::Settings;
 use super::source::TableSource;
 use super::{Learned, Posterior, Program, Value, learned};
-use crate::answer::{self, Answer, Knowledge, Part, compile_sized};
+use crate::answer::{self, Answer, AnswerRows, Knowledge, Part, compile_sized};
 use crate::data::{PlateData, Records};
 use crate::error::Error;
 use crate::ids::VariableId;
@@ -231,7 +231,7 @@ fn alone(program: &Program, answer: &Answer, part: Part) -> Posterior {
         question: format!("P({})", part.of[0].name(model)),
         ln_evidence: answer.ln_evidence,
         estimate: answer.estimate.clone(),
-        answer: part.rows(model),
+        answer: AnswerRows::of_parts(model, std::slice::from_ref(&part)),
         strategy: answer.strategy,
         when: answer.when,
         parts: vec![part],

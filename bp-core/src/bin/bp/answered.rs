@@ -35,7 +35,10 @@ pub(crate) fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write)
         if position > 0 {
             writeln!(out)?;
         }
-        write!(out, "{}", answer.table(all, "--all shows them"))?;
+        match all {
+            true => write!(out, "{answer:#}")?,
+            false => write!(out, "{}", answer.table(all, "--all shows them"))?,
+        }
     }
     Ok(())
 }

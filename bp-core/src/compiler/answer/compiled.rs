@@ -371,13 +371,13 @@ impl CompiledQuestion<'_> {
         let strategy = self.strategies[places[0].route];
         let second = places.get(1).map(|second| self.found(*second, all));
         if let (Found::Normal(laws, _), Some(Found::Normal(from, _))) = (found, second) {
-            let (answer, parts) = (gaussian::divergences(laws, from), Vec::new());
+            let (answer, parts) = (gaussian::divergences(laws, from).into(), Vec::new());
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
         }
         let (table, ln_evidence) = self.table(ask, &ask.known, found, case.inputs)?;
         if let (Statistic::Divergence { from, .. }, Some(second)) = (&ask.statistic, second) {
             let (second, _) = self.table(ask, from, second, case.inputs)?;
-            let answer = compare::divergences(&table, &second);
+            let answer = compare::divergences(&table, &second).into();
             let parts = Vec::new();
             return Ok(Answer { question, ln_evidence: None, estimate: None, answer, strategy, when, parts });
         }

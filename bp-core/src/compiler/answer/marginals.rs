@@ -89,7 +89,7 @@ pub fn marginals(
         question: String::new(),
         ln_evidence: first.and_then(|answer| knowledge.ln_evidence(answer)),
         estimate: first.and_then(|answer| answer.estimate.clone()),
-        answer: Vec::new(),
+        answer: Vec::new().into(),
         strategy: first.map_or(Strategy::JoinTree, |answer| answer.strategy),
         when: When::Now,
         parts: Vec::new(),
@@ -107,7 +107,7 @@ pub fn marginals(
             return Err(Error::Impossible(heads.join(", ").into()));
         }
     }
-    let mut answers = answers.into_iter();
+    let (mut answers, mut rows) = (answers.into_iter(), Vec::new());
     for id in wanted {
         match observed(id) {
             false => {
@@ -115,20 +115,21 @@ pub fn marginals(
                 let parts = answer.parts.iter().flat_map(each);
                 let parts: Vec<Part> = parts.collect();
                 match parts.len() == answer.parts.len() {
-                    true => all.answer.extend(answer.answer),
-                    false => all.answer.extend(parts.iter().flat_map(|part| part.rows(model))),
+                    true => rows.extend(answer.answer.iter().cloned()),
+                    false => rows.extend(parts.iter().flat_map(|part| part.rows(model))),
                 }
                 all.parts.extend(parts);
             }
             true => {
                 let known = knowledge.known.iter().find(|known| known.variable == *id);
                 for part in known.into_iter().flat_map(|known| certain(&setting, known)) {
-                    all.answer.extend(part.rows(model));
+                    rows.extend(part.rows(model));
                     all.parts.push(part);
                 }
             }
         }
     }
+    all.answer = rows.into();
     Ok(all)
 }
 

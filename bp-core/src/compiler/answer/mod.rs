@@ -13,8 +13,8 @@ mod open;
 mod soft;
 
 pub use crate::posterior::{
-    Answer, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, NamedLaw, Part, PartLaw, Row,
-    Slot, Table, argmax, ordinals,
+    Answer, AnswerRows, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, NamedLaw, Numbers,
+    Part, PartLaw, Row, Slot, Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, again_at, no_law, refused, refused_at};

@@ -66,7 +66,7 @@ pub(super) fn of_reals(model: &Model, ask: &Ask, part: &Answer, seed: u64) -> Re
         // Soft evidence is not an event, so it has no probability.
         ln_evidence: None,
         estimate: None,
-        answer: part.rows_of(model, ask, seed)?,
+        answer: part.rows_of(model, ask, seed)?.into(),
         strategy,
         when: ask.when,
         parts: vec![part],

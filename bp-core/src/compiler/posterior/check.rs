@@ -156,7 +156,7 @@ pub(crate) fn answers(mut answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
             *number += 0.0;
             wrong = wrong.or(Some(*number).filter(|number| !number.is_finite()));
         };
-        answer.answer.iter_mut().for_each(|row| each_number(&mut row.figure, &mut look));
+        answer.answer.each_number(each_number, &mut look);
         answer.ln_evidence.iter_mut().for_each(&mut look);
         if let Some(estimate) = &mut answer.estimate {
             look(&mut estimate.effective);

@@ -38,7 +38,7 @@ impl ConditionalGaussian {
             (true, _) => PartLaw::Mixture(mixture),
             (_, true) => {
                 let slots: Vec<Slot> = of_finite.iter().map(|at| of[finite[*at]].clone()).collect();
-                PartLaw::Finite(Self { values, mixture }.probabilities(&slots))
+                PartLaw::Finite(Self { values, mixture }.probabilities(&slots).into())
             }
             _ => PartLaw::ConditionalGaussian(Self { values, mixture }),
         }

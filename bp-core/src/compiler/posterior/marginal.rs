@@ -5,6 +5,7 @@
 
 use super::conditional::apart;
 use super::named_law::NamedLaw;
+use super::numbers::Numbers;
 use super::part::{Drawn, Part, PartLaw, Slot, ordinals};
 use super::{Figure, Row};
 use crate::model::Model;
@@ -45,7 +46,7 @@ impl Part {
                     }
                     sums.extend(own);
                 }
-                PartLaw::Finite(sums)
+                PartLaw::Finite(sums.into())
             }
         };
         let of = places.iter().map(|place| self.of[*place].clone()).collect();
@@ -53,7 +54,7 @@ impl Part {
     }
 
     /// The probability of each combination of finite slots; `None` if a slot is real.
-    pub fn probabilities(&self) -> Option<Vec<f64>> {
+    pub fn probabilities(&self) -> Option<Numbers> {
         let finite = self.of.iter().all(|slot| slot.count > 0);
         match &self.law {
             PartLaw::Finite(numbers) => Some(numbers.clone()),
@@ -68,7 +69,7 @@ impl Part {
                     total += draws.weight(draw);
                 }
                 sums.iter_mut().for_each(|sum| *sum /= total);
-                Some(sums)
+                Some(sums.into())
             }
             _ => None,
         }

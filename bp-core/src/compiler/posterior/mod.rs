@@ -7,10 +7,12 @@ pub(crate) mod check;
 pub(crate) mod compare;
 mod conditional;
 mod covariance;
+mod list;
 mod marginal;
 pub(crate) mod mixture;
 mod moments;
 mod named_law;
+mod numbers;
 mod one_real;
 mod part;
 mod quantile;
@@ -22,8 +24,10 @@ mod table;
 pub use conditional::ConditionalGaussian;
 pub(crate) use conditional::apart;
 pub use covariance::Covariance;
+pub use list::AnswerRows;
 pub(crate) use mixture::{Component, Mixture};
 pub use named_law::NamedLaw;
+pub use numbers::Numbers;
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named, will_fit};
@@ -51,7 +55,7 @@ pub struct Answer {
     /// The estimate, if it is not exact.
     pub estimate: Option<Estimate>,
     /// The rows: all values of a distribution, the maximisers of an argmax, or one number.
-    pub answer: Vec<Row>,
+    pub answer: AnswerRows,
     /// The strategy.
     pub strategy: Strategy,
     /// Its instants.
@@ -315,10 +319,10 @@ fn infinite(number: f64) -> &'static str {
     if number > 0.0 { "infinite" } else { "-infinite" }
 }
 
-fn as_map<S: Serializer>(values: &[(String, String)], serializer: S) -> Result<S::Ok, S::Error> {
+fn as_map<T: AsRef<str>, S: Serializer>(values: &[(T, T)], serializer: S) -> Result<S::Ok, S::Error> {
     let mut map = serializer.serialize_map(Some(values.len()))?;
     for (variable, value) in values {
-        map.serialize_entry(variable, value)?;
+        map.serialize_entry(variable.as_ref(), value.as_ref())?;
     }
     map.end()
 }

@@ -7,6 +7,7 @@
 use super::conditional::ConditionalGaussian;
 use super::mixture::{Mixture, density};
 use super::named_law::NamedLaw;
+use super::numbers::Numbers;
 use super::table::{Column, Table};
 use crate::distribution::Setting;
 use crate::ids::VariableId;
@@ -43,7 +44,7 @@ pub struct Part {
 #[derive(Clone, PartialEq, Debug)]
 pub enum PartLaw {
     /// A probability (or the density of a given real) for each combination of values, context by context.
-    Finite(Vec<f64>),
+    Finite(Numbers),
     /// A normal law.
     Normal {
         /// Means.

@@ -1,8 +1,9 @@
 //! Statistics of a table: all of it, its maximum, draws, moments.
 //!
-//! In: a table, the ask, the host's inputs. Out: rows. Invariant: a statistic is computed in each context separately;
+//! In: a table, the ask, the host's inputs. Out: rows, those of all of a table as its cells. Invariant: a statistic is computed in each context separately;
 //! an impossible context has rows of zeros if probabilities are asked, and no row otherwise.
 
+use super::list::AnswerRows;
 use super::quantile::{figures, of_finite};
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, check, moments, rank};
@@ -17,9 +18,8 @@ use crate::random::seeded;
 use crate::spelling::exact;
 use rand::RngExt;
 
-/// Limits of the rows with names, and of their bytes.
+/// Limit of the rows with names.
 const MOST_ROWS: f64 = 5e6;
-const MOST_BYTES: f64 = 3e9;
 
 /// Limit of the values drawn for one question.
 const MOST_DRAWS: f64 = 1e7;
@@ -44,7 +44,17 @@ impl Reader<'_> {
     ///
     /// # Errors
     /// A field for ties of the wrong length; more draws than fit in memory.
-    pub(crate) fn rows(&self) -> Result<Vec<Row>, Error> {
+    pub(crate) fn rows(&self) -> Result<AnswerRows, Error> {
+        self.fits()?;
+        let is_whole = self.ask.searched.iter().all(|searched| searched.at.is_none());
+        match self.ask.statistic == Statistic::Distribution && is_whole {
+            true => Ok(AnswerRows::of_table(self.table)),
+            false => self.chosen().map(AnswerRows::from),
+        }
+    }
+
+    /// The rows that a statistic makes of each context, or those of given values.
+    fn chosen(&self) -> Result<Vec<Row>, Error> {
         let field = self.field()?;
         let mut random = seeded(self.seed, &self.table.question);
         if let Statistic::Draw(count) = self.ask.statistic {
@@ -56,7 +66,6 @@ impl Reader<'_> {
             }
             self.hold(cells, "draw fewer values")?;
         }
-        self.fits()?;
         let left: Vec<Vec<usize>> =
             (0..self.table.width()).map(|at| Column::ordinals(&self.table.left, at)).collect();
         let mut rows = Vec::new();
@@ -158,7 +167,7 @@ impl Reader<'_> {
     /// Refuses more rows than fit in memory. A statistic of a context is smaller than the context itself.
     fn fits(&self) -> Result<(), Error> {
         let cells = self.table.numbers.len() as f64;
-        fit(self.ask, &self.table.question, cells, self.columns())?;
+        fit(self.ask, &self.table.question, cells)?;
         match self.ask.statistic {
             Statistic::Distribution => self.hold(cells, "`--table` writes the numbers alone"),
             _ => Ok(()),
@@ -274,32 +283,28 @@ pub(crate) fn will_fit(model: &Model, ask: &Ask, inputs: &Inputs<'_, f64>) -> Re
     let searched = ask.searched.iter().filter(|searched| searched.at.is_none());
     let known = ask.known.iter().filter(|known| known.evidence == Finding::Each);
     let open = searched.map(|searched| searched.variable).chain(known.map(|known| known.variable));
-    let (mut cells, mut columns) = (1.0, 0.0);
+    let mut cells = 1.0;
     for id in open {
         let Some((count, elements)) = check::values(model, id, inputs) else { return Ok(()) };
         cells *= (count as f64).powf(elements as f64);
-        columns += elements as f64;
     }
     match cells > SMALL_BYTES / ROW {
-        true => fit(ask, &model.ask_text(ask), cells, columns),
+        true => fit(ask, &model.ask_text(ask), cells),
         false => Ok(()),
     }
 }
 
 /// Refuses more rows than are shown.
-fn fit(ask: &Ask, question: &str, cells: f64, columns: f64) -> Result<(), Error> {
-    let is_shown = ask.statistic == Statistic::Distribution;
-    let most = if is_shown { (MOST_BYTES / (ROW + NAMES * columns)).floor() } else { MOST_ROWS };
-    let most = most.min(MOST_ROWS);
-    if cells <= most {
+fn fit(ask: &Ask, question: &str, cells: f64) -> Result<(), Error> {
+    if cells <= MOST_ROWS {
         return Ok(());
     }
     let fewer = "search and know fewer variables";
-    let help = match is_shown {
+    let help = match ask.statistic == Statistic::Distribution {
         true => format!("`--table` writes the numbers alone; or {fewer}"),
         false => fewer.to_owned(),
     };
-    Err(Error::TooLarge { name: question.to_owned(), cells, most, help })
+    Err(Error::TooLarge { name: question.to_owned(), cells, most: MOST_ROWS, help })
 }
 
 /// The names of values, with those of their variables.

@@ -36,17 +36,21 @@ impl Answer {
 fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Result {
     write!(out, "{}", wrapped("", &answer.question, 4))?;
     let shown = if all { answer.answer.len() } else { answer.answer.len().min(FIRST_ROWS) };
-    let rows = &answer.answer[..shown];
+    if let (true, Some(first)) = (shown > FIRST_ROWS, answer.answer.row_of_cells(0)) {
+        return write_cells(answer, &first, out);
+    }
+    let rows = answer.answer.first_rows(shown);
     if rows.is_empty() {
         writeln!(out, "  no value is possible")?;
     }
+    let largest = answer.answer.largest_probability();
     let covariances = answer.covariances();
     let mut first = 0;
     for rows in rows.chunk_by(|one, other| headings(one) == headings(other)) {
         writeln!(out)?;
         let beside: Option<Vec<_>> =
             (first..first + rows.len()).map(|row| beside(&covariances, row)).collect();
-        write_rows(rows, largest(&answer.answer), beside, out)?;
+        write_rows(rows, largest, beside, out)?;
         first += rows.len();
     }
     // `best(k) sequence` and `max sequence` give probabilities of whole sequences.
@@ -58,6 +62,11 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
     if shown < answer.answer.len() {
         writeln!(out, "  … and {} more rows; {how}", answer.answer.len() - shown)?;
     }
+    write_end(answer, out)
+}
+
+/// What follows the rows: ln P(evidence), and how good an estimate is.
+fn write_end(answer: &Answer, out: &mut impl Write) -> fmt::Result {
     let knows = answer.question.contains('|');
     if let Some(ln_evidence) = answer.ln_evidence.filter(|_| knows) {
         let error = answer.estimate.as_ref().and_then(|estimate| estimate.ln_evidence_error);
@@ -79,10 +88,6 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         }
     }
     Ok(())
-}
-
-fn largest(rows: &[Row]) -> f64 {
-    rows.iter().filter_map(Row::p).fold(0.0, f64::max)
 }
 
 /// The headings of a row: its variables, and its entry. A variable without a value heads its row, not a column.
@@ -166,8 +171,8 @@ fn write_rows(
     if width(&table) + width(&more) <= WIDTH {
         table.append(&mut more);
     }
-    let left = WIDTH.saturating_sub(width(&table) + 2).min(*BARS.end());
-    let bars = rows.len() > 1 && left >= *BARS.start() && largest > 0.0;
+    let left = bar_width(width(&table));
+    let bars = rows.len() > 1 && left > 0 && largest > 0.0;
     let drawn = |row: &Row| row.p().filter(|_| bars).map(|p| bar(p / largest, left)).unwrap_or_default();
     let bars = std::iter::once(String::new()).chain(rows.iter().map(drawn));
     for (line, bar) in lines(&table).into_iter().zip(bars) {
@@ -181,6 +186,35 @@ fn write_rows(
         lines(&block).iter().try_for_each(|line| writeln!(out, "{}", line.trim_end()))?;
     }
     Ok(())
+}
+
+/// All rows of a large table, one at a time: their widths, then their lines.
+fn write_cells(answer: &Answer, first: &Row, out: &mut impl Write) -> fmt::Result {
+    let rows = || (0..answer.answer.len()).filter_map(|at| answer.answer.row_of_cells(at));
+    let headings = headings(first);
+    let mut widths: Vec<usize> = headings.iter().map(|heading| columns(heading)).collect();
+    for row in rows() {
+        widths.iter_mut().zip(cells_of(&row)).for_each(|(width, cell)| *width = columns(&cell).max(*width));
+    }
+    let taken: usize = widths.iter().map(|width| width + 2).sum();
+    let (left, largest) = (bar_width(taken), answer.answer.largest_probability());
+    let line = |cells: &[String]| {
+        let cells: Vec<String> =
+            cells.iter().zip(&widths).map(|(cell, width)| filled(cell, *width)).collect();
+        format!("  {}", cells.join("  "))
+    };
+    writeln!(out, "\n{}", line(&headings).trim_end())?;
+    for row in rows() {
+        let bar = row.p().filter(|_| left > 0 && largest > 0.0).map(|p| bar(p / largest, left));
+        writeln!(out, "{}", format!("{}  {}", line(&cells_of(&row)), bar.unwrap_or_default()).trim_end())?;
+    }
+    write_end(answer, out)
+}
+
+/// The width of bars beside columns that take this much of a line; 0 if they would be too narrow.
+fn bar_width(taken: usize) -> usize {
+    let left = WIDTH.saturating_sub(taken + 2).min(*BARS.end());
+    if left >= *BARS.start() { left } else { 0 }
 }
 
 /// A column of covariances for each of the reals that are asked together.

@@ -4,6 +4,7 @@
 //! are contiguous; contexts are in the order of the known variables in the question, the last fastest (the plate's
 //! index is the very last), and within a context the searched ones likewise. An impossible context is a row of zeros.
 
+use super::numbers::Numbers;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::ids::VariableId;
 use crate::model::{Ask, Domain, IndexSpace, Model, SetKind};
@@ -22,7 +23,7 @@ pub struct Table {
     pub left: Vec<Column>,
     /// The numbers, contiguous for each context.
     #[serde(rename = "table")]
-    pub numbers: Vec<f64>,
+    pub numbers: Numbers,
     /// The same with separate exponents, if they were computed so.
     #[serde(skip)]
     pub(crate) extended: Option<Vec<Extended>>,
@@ -81,7 +82,7 @@ impl Table {
             question,
             right: columns(&right),
             left: columns(&left),
-            numbers: transposed(cells, extents, &order),
+            numbers: transposed(cells, extents, &order).into(),
             extended: extended.map(|cells| transposed(cells, extents, &order)),
         }
     }
@@ -148,26 +149,9 @@ fn transposed<T: Copy>(cells: Vec<T>, extents: &[usize], order: &[usize]) -> Vec
     if order.is_sorted() {
         return cells;
     }
-    let mut strides = vec![1; extents.len()];
-    for axis in (1..extents.len()).rev() {
-        strides[axis - 1] = strides[axis] * extents[axis];
-    }
-    let mut ordinals = vec![0; order.len()];
-    let mut position = 0;
-    let mut numbers = Vec::with_capacity(cells.len());
-    for _ in 0..cells.len() {
-        numbers.push(cells[position]);
-        for (ordinal, axis) in ordinals.iter_mut().zip(order).rev() {
-            *ordinal += 1;
-            position += strides[*axis];
-            if *ordinal < extents[*axis] {
-                break;
-            }
-            position -= strides[*axis] * *ordinal;
-            *ordinal = 0;
-        }
-    }
-    numbers
+    let strides = radix::strides(extents);
+    let axes = order.iter().map(|axis| (extents[*axis], strides[*axis])).collect();
+    radix::offsets(axes).map(|at| cells[at]).collect()
 }
 
 /// The number of axes of a variable in an output; `None` if it shares those of the plate.

@@ -7,6 +7,7 @@ use super::{Chain, Forward};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Finding, Known, Statistic, When};
+use crate::posterior::Numbers;
 use crate::strategies::over_time::{
     Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence,
 };
@@ -22,24 +23,32 @@ pub(crate) fn answer(
     let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
     let mut chain = chain(setting, route)?;
     let forward = chain.forward(instants, ask.when.ahead())?;
-    let posterior = |instant: usize, numbers: Vec<f64>| InstantPosterior {
-        instant: instant + 1,
-        law: InstantLaw::Finite(numbers),
+    // One array for the posteriors of all instants.
+    let last = instants.len() + ask.when.ahead();
+    let is_whole = ask.when.is_every_instant() || scope == Scope::Each;
+    let first = if is_whole { 0 } else { last - 1 };
+    let place = |instant: usize, width: usize| (instant - first) * width..(instant - first + 1) * width;
+    let mut numbers = Vec::new();
+    let mut put = |instant: usize, own: &[f64]| {
+        numbers.resize((last - first) * own.len(), 0.0);
+        numbers[place(instant, own.len())].copy_from_slice(own);
     };
-    let mut all = Vec::with_capacity(instants.len());
     if ask.when.is_every_instant() {
         chain.backward(&forward, |instant, joint| {
-            all.push(posterior(instant, joint.distribution(&searched)?));
+            put(instant, &joint.distribution(&searched)?);
             Ok(())
         })?;
-        all.reverse();
     } else {
-        let last = instants.len() + ask.when.ahead();
-        let first = if scope == Scope::Each { 0 } else { last - 1 };
         for instant in first..last {
-            all.push(posterior(instant, chain.at(&forward, instant, |joint| joint.distribution(&searched))?));
+            put(instant, &chain.at(&forward, instant, |joint| joint.distribution(&searched))?);
         }
     }
+    let (width, numbers) = (numbers.len() / (last - first).max(1), Numbers::from(numbers));
+    let posterior = |instant| InstantPosterior {
+        instant: instant + 1,
+        law: InstantLaw::Finite(numbers.range(place(instant, width))),
+    };
+    let all = (first..last).map(posterior).collect();
     let mut sequences = Vec::new();
     if ask.when == When::Sequence {
         sequences = self::sequences(&mut chain, &forward, &ask.statistic, &searched, instants, seed)?;

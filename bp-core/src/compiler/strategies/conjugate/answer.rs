@@ -180,7 +180,7 @@ impl<'s> Posterior<'s> {
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: part.rows_of(model, ask, seed)?,
+            answer: part.rows_of(model, ask, seed)?.into(),
             parts: vec![part],
         })
     }

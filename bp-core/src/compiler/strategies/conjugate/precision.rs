@@ -324,7 +324,7 @@ impl Precision {
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: part.rows_of(model, ask, seed)?,
+            answer: part.rows_of(model, ask, seed)?.into(),
             parts: vec![part],
         })
     }

@@ -167,7 +167,7 @@ fn answers(
             parts: vec![Part { instant: None, given: Vec::new(), of, law: part(&law) }],
             ln_evidence: (!observed.is_empty()).then_some(ln_evidence),
             estimate: None,
-            answer: rows(&setting, ask, &law, &[], &mut seeded(seed, &question))?,
+            answer: rows(&setting, ask, &law, &[], &mut seeded(seed, &question))?.into(),
             question,
         };
         Ok((answer, law))
@@ -205,6 +205,7 @@ fn truths(model: &Model, ask: &Ask, numbers: Vec<f64>) -> Table {
     let variable = ask.searched[0].variable;
     let values = (0..2).map(|ordinal| model.value_name(variable, ordinal)).collect();
     let column = Column { variable: Some(variable), element: 0, name: model.variable_name(variable), values };
+    let numbers = numbers.into();
     Table { question: model.ask_text(ask), right: Vec::new(), left: vec![column], numbers, extended: None }
 }
 

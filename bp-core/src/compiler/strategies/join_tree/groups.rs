@@ -67,7 +67,7 @@ impl Asked<'_> {
             question: self.setting.model.ask_text(ask),
             ln_evidence: ln_evidence.filter(|_| self.route.exact.ln_evidence),
             estimate: None,
-            answer: rows,
+            answer: rows.into(),
             strategy: Strategy::JoinTree,
             when: ask.when,
             parts,
@@ -76,7 +76,7 @@ impl Asked<'_> {
 
     fn part(&self, slots: &[usize], law: Vec<f64>) -> Part {
         let of = slots.iter().map(|slot| Slot::of(self.setting, *slot)).collect();
-        Part { instant: None, given: Vec::new(), of, law: PartLaw::Finite(law) }
+        Part { instant: None, given: Vec::new(), of, law: PartLaw::Finite(law.into()) }
     }
 
     /// The marginal of each variable, by a single propagation.

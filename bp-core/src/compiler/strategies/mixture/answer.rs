@@ -132,7 +132,7 @@ impl Weighted<'_> {
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: part.rows_of(setting.model, ask, seed)?,
+            answer: part.rows_of(setting.model, ask, seed)?.into(),
             parts: vec![part],
         })
     }

@@ -9,7 +9,8 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
 use crate::posterior::{
-    Answer, Column, Drawn, Estimate, Figure, Part, PartLaw, Reader, Row, Slot, Table, named,
+    Answer, AnswerRows, Column, Drawn, Estimate, Figure, Numbers, Part, PartLaw, Reader, Row, Slot, Table,
+    named,
 };
 use crate::progress;
 use crate::radix;
@@ -22,6 +23,7 @@ use crate::strategies::{
     weighting as sampled,
 };
 use rand::Rng;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A question over time with its compiled route.
@@ -61,7 +63,7 @@ impl Asker<'_> {
         let answered = self.run(Scope::Last)?;
         let estimate = answered.posteriors.iter().find_map(|posterior| estimate(posterior, sampling));
         let answer = match &ask.statistic {
-            _ if !answered.sequences.is_empty() => self.sequence_rows(&answered)?,
+            _ if !answered.sequences.is_empty() => self.sequence_rows(&answered)?.into(),
             _ if answered
                 .posteriors
                 .iter()
@@ -75,7 +77,7 @@ impl Asker<'_> {
                 let mut random = seeded(sampling.seed, &setting.model.ask_text(ask));
                 let rows =
                     answered.posteriors.iter().map(|posterior| self.real_rows(ask, posterior, &mut random));
-                rows.collect::<Result<Vec<_>, Error>>()?.concat()
+                rows.collect::<Result<Vec<_>, Error>>()?.concat().into()
             }
         };
         let several = ask.when.is_every_instant();
@@ -106,14 +108,14 @@ impl Asker<'_> {
             if let InstantLaw::Normal(belief) = &posterior.law
                 && let Some(numbers) = gaussian::whether(self.setting, ask, &belief.law)
             {
-                posterior.law = InstantLaw::Finite(numbers);
+                posterior.law = InstantLaw::Finite(numbers.into());
             }
         }
         Ok(answered)
     }
 
     /// The observations, without variables that only other asks of the question know.
-    fn observed(&self) -> Vec<Observed> {
+    fn observed(&self) -> Cow<'_, [Observed]> {
         let names = |known: &[Known]| -> Vec<String> {
             let slots = known.iter().flat_map(|known| self.setting.slots_of(known.variable));
             slots.map(|slot| self.setting.slot_name(slot)).collect()
@@ -121,23 +123,24 @@ impl Asker<'_> {
         let own = names(&self.route.ask().known);
         let others = self.case.question.asks.iter().flat_map(|ask| [&ask.known[..], ask.statistic.from()]);
         let others: Vec<String> = others.flat_map(names).filter(|name| !own.contains(name)).collect();
-        let mut all = self.case.instants.to_vec();
+        let mut all = Cow::Borrowed(self.case.instants);
         if !others.is_empty() {
-            all.iter_mut().for_each(|observed| observed.retain(|(name, _)| !others.contains(name)));
+            let retain = |observed: &mut Observed| observed.retain(|(name, _)| !others.contains(name));
+            all.to_mut().iter_mut().for_each(retain);
         }
         all
     }
 
     /// The distributions of the instants as one table, with the instants as contexts where `several` are answered.
     fn table(&self, answered: &Answered, several: bool) -> Result<Table, Error> {
-        let mut numbers = Vec::new();
-        for posterior in &answered.posteriors {
-            let InstantLaw::Finite(own) = &posterior.law else {
-                let reason = "it compares distributions of finite variables".to_owned();
-                let question = self.setting.model.ask_text(self.route.ask());
-                return Err(Error::Unplanned { question, reason });
-            };
-            numbers.extend(own);
+        let laws = answered.posteriors.iter().filter_map(|posterior| match &posterior.law {
+            InstantLaw::Finite(numbers) => Some(numbers),
+            _ => None,
+        });
+        if laws.clone().count() < answered.posteriors.len() {
+            let reason = "it compares distributions of finite variables".to_owned();
+            let question = self.setting.model.ask_text(self.route.ask());
+            return Err(Error::Unplanned { question, reason });
         }
         let instants = answered.posteriors.iter().map(|posterior| posterior.instant.to_string()).collect();
         let right = Column { variable: None, element: 0, name: self.index(), values: instants };
@@ -145,7 +148,7 @@ impl Asker<'_> {
             question: self.setting.model.ask_text(self.route.ask()),
             right: if several { vec![right] } else { Vec::new() },
             left: self.columns(self.route.ask()),
-            numbers,
+            numbers: Numbers::concatenated(laws),
             extended: None,
         })
     }
@@ -305,7 +308,7 @@ pub(crate) fn of_instant(
         question: setting.model.ask_text(route.ask()),
         ln_evidence: Some(ln_evidence),
         estimate: estimate(posterior, sampling),
-        answer: part.rows(setting.model),
+        answer: AnswerRows::of_parts(setting.model, std::slice::from_ref(&part)),
         strategy: route.strategy(),
         when: route.ask().when,
         parts: vec![part],

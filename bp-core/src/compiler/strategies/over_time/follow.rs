@@ -101,7 +101,7 @@ impl<'m> Follower<'m> {
                     chain.after(last.as_ref(), &step.product, |joint| joint.distribution(searched))?;
                 self.ln_evidence += step.ln_total;
                 *last = Some(step.message);
-                InstantLaw::Finite(numbers)
+                InstantLaw::Finite(numbers.into())
             }
             State::Gaussian(filter) => {
                 last_of(filter.filtered(std::slice::from_ref(&instant))?, &mut self.ln_evidence)
@@ -141,7 +141,7 @@ impl<'m> Follower<'m> {
                 let step = chain.step(before.as_ref(), &nothing, number, false)?;
                 let numbers =
                     chain.after(before.as_ref(), &step.product, |joint| joint.distribution(searched))?;
-                InstantLaw::Finite(numbers)
+                InstantLaw::Finite(numbers.into())
             }
             State::Gaussian(filter) => InstantLaw::Normal(filter.predicted(steps)),
             State::Extended(filter) => InstantLaw::Normal(filter.predicted(steps)?),

@@ -20,6 +20,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::memory;
 use crate::model::{Finding, Value, When};
+use crate::posterior::Numbers;
 use crate::sample::{Draws, Normals, Sampling};
 use crate::strategies::chain;
 use crate::strategies::gaussian::{Belief, Extended, Filter};
@@ -42,7 +43,7 @@ pub struct InstantPosterior {
 #[derive(Clone, PartialEq, Debug)]
 pub enum InstantLaw {
     /// Of the finite searched slots jointly: the probability of each combination of values, the last slot fastest.
-    Finite(Vec<f64>),
+    Finite(Numbers),
     /// The normal law of reals.
     Normal(Belief),
     /// The values of the searched slots on the most probable path of particles.

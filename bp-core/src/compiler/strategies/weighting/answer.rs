@@ -127,7 +127,7 @@ pub(crate) fn answer(
         question: setting.model.ask_text(ask),
         ln_evidence: ln_evidence.map(|[ln, _]| ln),
         estimate: Some(estimate(draws, ln_evidence.map(|[_, error]| error), sampling)),
-        answer: rows(setting, ask, draws, kept, (&[], sampling.seed))?,
+        answer: rows(setting, ask, draws, kept, (&[], sampling.seed))?.into(),
         strategy: by,
         when: ask.when,
         parts: vec![part(setting, ask, draws, kept, &[])],
