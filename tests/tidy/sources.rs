@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 51] = [
+const PACKAGES: [&str; 53] = [
+    "ahrs",
     "allocation-counter",
     "ariadne",
     "arrow-array",
@@ -61,6 +62,7 @@ const PACKAGES: [&str; 51] = [
     "toml",
     "trybuild",
     "unicode-normalization",
+    "vqf-rs",
     "wgpu",
 ];
 

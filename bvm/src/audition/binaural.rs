@@ -1,7 +1,8 @@
 //! The binaural unit: interaural cues of every band over time.
 //!
 //! In: cochleagrams. Out: the [`Cues`] of a stretch of sound (a look): for each band the correlogram, in which every peak
-//! of the interaural time difference (ITD) is kept, and the interaural level difference (ILD), both of coherent moments.
+//! of the interaural time difference (ITD) is kept, the interaural level difference (ILD), and the slope of the spectrum
+//! from the band to the next one, all of coherent moments.
 //! Invariant: memory does not grow with the length of a look; both cues are positive when the left ear leads or is
 //! louder.
 //!
@@ -14,7 +15,8 @@
 //!
 //! There is a moment each 5 ms. The hair cells of independent noises are coherent to some degree, because they are
 //! positive ([`independent`]). A moment counts by its coherence above that, on a scale from 0 to 1: its weight in the
-//! correlogram is the square, and its level counts above 0.7.
+//! correlogram is the square, and its levels count above 0.7: the difference between the ears, and, where the next band is
+//! as coherent at that moment, the difference of the power of both ears from band to band.
 
 use super::cochlea::{BANDS, Cochlea, Cochleagram, bands_at, centres_hz, erb_hz};
 use bp_core::compiler::random::seeded;
@@ -47,6 +49,8 @@ struct BandCues {
     weights: [f64; 3],
     /// Sums over the moments that are coherent enough for levels: their number, and ΔL in dB.
     levels: [f64; 2],
+    /// The same over the moments at which the next band is coherent enough too: their number, and the slope in dB.
+    slopes: [f64; 2],
 }
 
 /// The cues of a look.
@@ -69,6 +73,10 @@ pub struct BandCue {
     pub ild_db: f64,
     /// The number of independent moments of the level; 0 if there was none.
     pub level_count: f64,
+    /// The power of both ears in the next higher band, relative to this one, dB.
+    pub slope_db: f64,
+    /// The number of independent moments of the slope; 0 if there was none.
+    pub slope_count: f64,
 }
 
 impl Cues {
@@ -76,6 +84,27 @@ impl Cues {
     pub fn bands(&self) -> [BandCue; BANDS] {
         let centres = centres_hz();
         std::array::from_fn(|band| self.bands[band].cue(self.rate_hz, window_s(centres[band])))
+    }
+
+    /// Adds the moments of another stretch of sound, heard at the same rate.
+    pub fn add(&mut self, other: &Cues) {
+        (0..BANDS).for_each(|band| self.add_band(other, band));
+    }
+
+    /// The same of one band.
+    pub(super) fn add_band(&mut self, other: &Cues, band: usize) {
+        let (own, other) = (&mut self.bands[band], &other.bands[band]);
+        own.curve.resize(own.curve.len().max(other.curve.len()), 0.0);
+        let sum = |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+        sum(&mut own.curve, &other.curve);
+        sum(&mut own.weights, &other.weights);
+        sum(&mut own.levels, &other.levels);
+        sum(&mut own.slopes, &other.slopes);
+    }
+
+    /// No cues, at the same rate.
+    pub(super) fn silence(&self) -> Cues {
+        Cues { rate_hz: self.rate_hz, bands: vec![BandCues::default(); BANDS] }
     }
 }
 
@@ -93,12 +122,15 @@ impl BandCues {
         // Moments within two windows are not independent.
         let dependent = (2.0 * window_s / HOP_S).max(1.0);
         let [count, level] = self.levels;
+        let [slope_count, slope] = self.slopes;
         BandCue {
             itd_s: (top as f64 - (curve.len() / 2) as f64 + shift) / rate_hz,
             coherence: (self.weights[2] / self.weights[0]).min(1.0),
             count: self.weights[0] * self.weights[0] / self.weights[1] / dependent,
             ild_db: if count > 0.0 { level / count } else { 0.0 },
             level_count: count / dependent,
+            slope_db: if slope_count > 0.0 { slope / slope_count } else { 0.0 },
+            slope_count: slope_count / dependent,
         }
     }
 }
@@ -223,22 +255,28 @@ impl Correlator {
             self.until_moment -= length;
             if self.until_moment == 0 {
                 self.until_moment = self.hop;
+                let mut below = None;
                 for band in 0..self.bands.len() {
-                    self.moment(band, &mut cues.bands[band]);
+                    let power_db = self.moment(band, &mut cues.bands[band]);
+                    if let Some((lower, upper)) = below.zip(power_db) {
+                        let [count, slope] = &mut cues.bands[band - 1].slopes;
+                        (*count, *slope) = (*count + 1.0, *slope + upper - lower);
+                    }
+                    below = power_db;
                 }
             }
         }
     }
 
-    /// Adds the present moment of a band to its cues.
-    fn moment(&mut self, band: usize, cues: &mut BandCues) {
+    /// Adds the present moment of a band to its cues. The power of both ears in dB, if it is coherent enough for levels.
+    fn moment(&mut self, band: usize, cues: &mut BandCues) -> Option<f64> {
         let running = &mut self.bands[band];
         if running.until_filled > 0 {
             running.until_filled -= 1;
-            return;
+            return None;
         }
         if !running.levels.iter().all(|level| *level > SILENT) {
-            return;
+            return None;
         }
         let (lags, curve) = (self.lags, &mut self.curve);
         for m in 0..=lags {
@@ -254,7 +292,7 @@ impl Correlator {
         let above = (coherence - running.floor) / (1.0 - running.floor);
         // Silence in one ear makes 0/0.
         if above.is_nan() || above <= 0.0 {
-            return;
+            return None;
         }
         let above = f64::from(above);
         let weight = above * above;
@@ -265,11 +303,13 @@ impl Correlator {
         for (sum, term) in cues.weights.iter_mut().zip([1.0, weight, above]) {
             *sum += weight * term;
         }
-        if above > FOR_LEVELS {
-            let level = 10.0 * f64::from(running.levels[0] / running.levels[1]).log10();
-            cues.levels[0] += 1.0;
-            cues.levels[1] += level;
+        if above <= FOR_LEVELS {
+            return None;
         }
+        let [left, right] = running.levels.map(f64::from);
+        cues.levels[0] += 1.0;
+        cues.levels[1] += 10.0 * (left / right).log10();
+        Some(10.0 * (left + right).log10())
     }
 }
 

@@ -5,7 +5,7 @@
 //! of one cycle; a head whose time differences contradict its azimuths is refused.
 
 use super::binaural::{BandCue, BinauralUnit, independent};
-use super::cochlea::{BANDS, centres_hz};
+use super::cochlea::{BANDS, Cochlea, Cochleagram, bands_at, centres_hz};
 use super::error::AuditionError;
 use super::head::{Head, Measured, Responses, lateral_sine};
 use super::sphere;
@@ -19,11 +19,13 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
 /// The version of the file's format and of the front end whose numbers are in it.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Most bytes of the file: 16 MiB.
 const MOST_BYTES: u64 = 16 << 20;
 /// Length of the noise that is played from each direction, s.
 const NOISE_S: f64 = 0.4;
+/// How long the lowest band rings, s.
+const RINGING_S: f64 = 0.1;
 /// Sampling rate at which the sphere is calibrated, Hz.
 const SPHERE_RATE_HZ: f64 = 44_100.0;
 /// Distances of sources, m.
@@ -66,6 +68,8 @@ pub struct CueRow {
     pub itd_us: Vec<f64>,
     /// Level differences, dB, positive when the left ear is louder.
     pub ild_db: Vec<f64>,
+    /// The slope of the spectrum of white noise: the power of both ears in the next band, relative to this one, dB.
+    pub slope_db: Vec<f64>,
 }
 
 /// The cues of a direction.
@@ -163,8 +167,8 @@ impl Calibration {
         })?;
         let rows = found.directions.iter().map(|one| &one.cues).chain(found.distance.rows.iter().flatten());
         let complete = |row: &CueRow| {
-            let finite = row.itd_us.iter().chain(&row.ild_db).all(|value| value.is_finite());
-            finite && row.itd_us.len() == BANDS && row.ild_db.len() == BANDS
+            let all = [&row.itd_us, &row.ild_db, &row.slope_db];
+            all.iter().all(|row| row.len() == BANDS && row.iter().all(|value| value.is_finite()))
         };
         let same_bands = found.centres_hz.len() == BANDS
             && found
@@ -228,13 +232,17 @@ fn at_angle(rows: &[CueRow], sine: f64) -> CueRow {
     let row = between(&rows[below], &rows[below + 1], place - below as f64);
     let sign = if sine < 0.0 { -1.0 } else { 1.0 };
     let signed = |values: &[f64]| values.iter().map(|value| sign * value).collect();
-    CueRow { itd_us: signed(&row.itd_us), ild_db: signed(&row.ild_db) }
+    CueRow { itd_us: signed(&row.itd_us), ild_db: signed(&row.ild_db), slope_db: row.slope_db }
 }
 
 /// Cues between two others.
 pub(super) fn between(one: &CueRow, other: &CueRow, share: f64) -> CueRow {
     let mix = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a + share * (b - a)).collect();
-    CueRow { itd_us: mix(&one.itd_us, &other.itd_us), ild_db: mix(&one.ild_db, &other.ild_db) }
+    CueRow {
+        itd_us: mix(&one.itd_us, &other.itd_us),
+        ild_db: mix(&one.ild_db, &other.ild_db),
+        slope_db: mix(&one.slope_db, &other.slope_db),
+    }
 }
 
 /// The cues of white noise that is filtered by two responses.
@@ -247,7 +255,28 @@ fn played(ears: &[Vec<f64>; 2], rate_hz: f64, independent: &[f64; BANDS]) -> Cue
     let loudest = left.iter().chain(&right).fold(f64::MIN_POSITIVE, |most, value| most.max(value.abs()));
     let scaled = |ear: Vec<f64>| -> Vec<f64> { ear.iter().map(|value| value / loudest).collect() };
     let cues = BinauralUnit::new(rate_hz, independent).hear(&scaled(left), &scaled(right)).bands();
-    unwrapped(&cues)
+    CueRow { slope_db: slopes_db(ears, rate_hz), ..unwrapped(&cues) }
+}
+
+/// From each band to the next one, the power of both ears that a flat spectrum has after two responses, dB.
+fn slopes_db(ears: &[Vec<f64>; 2], rate_hz: f64) -> Vec<f64> {
+    let length = ears[0].len().max(ears[1].len()) + (RINGING_S * rate_hz) as usize;
+    let padded = |ear: &Vec<f64>| ear.iter().copied().chain(std::iter::repeat(0.0)).take(length).collect();
+    let [left, right]: [Vec<f64>; 2] = [padded(&ears[0]), padded(&ears[1])];
+    let mut block = Cochleagram::default();
+    Cochlea::new(rate_hz).filter(&left, &right, &mut block);
+    let energy = |band: usize| -> f64 {
+        let both = |row: &[f32; 2 * BANDS]| f64::from(row[band]) + f64::from(row[BANDS + band]);
+        block.power.iter().map(both).sum()
+    };
+    let level_db: Vec<f64> = (0..bands_at(rate_hz)).map(|band| 10.0 * energy(band).log10()).collect();
+    let slope = |band: usize| match (level_db.get(band), level_db.get(band + 1)) {
+        (Some(lower), Some(upper)) if lower.is_finite() && upper.is_finite() => {
+            ((upper - lower) * 1e3).round() / 1e3
+        }
+        _ => 0.0,
+    };
+    (0..BANDS).map(slope).collect()
 }
 
 /// Time differences of one cycle: those of high bands are moved by whole periods to the median of the bands that have
@@ -268,6 +297,7 @@ fn unwrapped(cues: &[BandCue; BANDS]) -> CueRow {
     CueRow {
         itd_us: (0..BANDS).map(itd).collect(),
         ild_db: cues.iter().map(|cue| (cue.ild_db * 1e3).round() / 1e3).collect(),
+        slope_db: Vec::new(),
     }
 }
 

@@ -90,7 +90,7 @@ pub(super) fn lateral_sine(place: Spherical) -> f64 {
 
 /// A sound at `ratio` times its sampling rate, `delay` samples of the new rate later, with `length` samples: band-limited
 /// interpolation with a raised cosine window.
-pub(super) fn resampled(sound: &[f64], ratio: f64, delay: f64, length: usize) -> Vec<f64> {
+pub fn resampled(sound: &[f64], ratio: f64, delay: f64, length: usize) -> Vec<f64> {
     let band = BAND.max(if ratio == 1.0 { 1.0 } else { 0.0 }) * ratio.min(1.0);
     let half = HALF_LENGTH / ratio.min(1.0);
     let value = |n: usize| {

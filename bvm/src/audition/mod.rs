@@ -9,13 +9,17 @@ mod binaural;
 mod calibration;
 mod channels;
 mod cochlea;
+mod directions;
 mod error;
 mod head;
 mod hearing;
 mod listening;
+mod parts;
+mod region;
 pub mod sofa;
 pub mod sphere;
 pub mod synthesis;
+mod voices;
 pub mod wave;
 
 pub use binaural::{BandCue, BinauralUnit, Cues, independent};
@@ -23,6 +27,8 @@ pub use calibration::{Calibration, CueRow, DirectionCues, DistanceLaw, Origin, c
 pub use channels::Channels;
 pub use cochlea::{BANDS, Cochlea, Cochleagram, bands_at, centres_hz, erb_hz};
 pub use error::AuditionError;
-pub use head::{Head, Measured, Responses};
+pub use head::{Head, Measured, Responses, resampled};
 pub use hearing::Hearing;
-pub use listening::{Directions, Found, Listening, Source};
+pub use listening::{Directions, Listening};
+pub use parts::{PART_S, Parts};
+pub use region::{Found, RegionBox, Source};

@@ -7,7 +7,7 @@
 use super::print;
 use bvm::audition::wave::WaveReader;
 use bvm::audition::{
-    AuditionError, BANDS, BinauralUnit, Calibration, Channels, Directions, Found, Listening,
+    AuditionError, BANDS, BinauralUnit, Calibration, Channels, Directions, Found, Listening, PART_S, Parts,
 };
 use bvm::error::Error;
 use clap::Args;
@@ -88,10 +88,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut unit = BinauralUnit::new(rate_hz, &independent);
     let frames_of_look = arguments.every.map(|every| ((every * rate_hz).round() as u64).max(1));
     let (mut first, mut at) = (0_u64, 0_u64);
-    let (mut cues, mut channels) = (unit.silence(), Channels::new(rate_hz));
+    let frames_of_part = ((PART_S * rate_hz).round() as u64).max(1);
+    let mut end_of_part = frames_of_part;
+    let (mut cues, mut parts, mut channels) = (unit.silence(), Parts::default(), Channels::new(rate_hz));
     loop {
         let end = frames_of_look.map(|frames| first + frames);
-        let most = end.map_or(BLOCK, |end| BLOCK.min((end - at) as usize));
+        let next = end.map_or(end_of_part, |end| end.min(end_of_part));
+        let most = BLOCK.min((next - at) as usize);
         let block = wave.read(most)?;
         let [left, right] = [&block[0], &block[1]];
         unit.add(left, right, &mut cues);
@@ -101,11 +104,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         if at == 0 && is_last {
             return Err(refuse("there are no samples".to_owned()).into());
         }
-        if (is_last && at > first) || end == Some(at) {
+        let ends = (is_last && at > first) || end == Some(at);
+        if at == end_of_part || ends {
+            parts.push(&std::mem::replace(&mut cues, unit.silence()));
+            end_of_part = at + frames_of_part;
+        }
+        if ends {
             let reason = channels.fault();
             let found = match &reason {
                 Some(_) => Found::flat(),
-                None => listening.find(&cues.bands())?,
+                None => listening.find_voices(parts.all())?,
             };
             let [start_s, end_s] = [first, at].map(|frame| frame as f64 / rate_hz);
             let reason = reason.or_else(|| {
@@ -113,7 +121,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
             });
             tell(&Look { start_s, end_s, found, reason, warnings: channels.warnings() }, arguments.json);
             first = at;
-            (cues, channels) = (unit.silence(), Channels::new(rate_hz));
+            (parts, channels) = (Parts::default(), Channels::new(rate_hz));
         }
         if is_last {
             return Ok(());

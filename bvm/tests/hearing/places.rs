@@ -38,20 +38,29 @@ fn the_program_multiplies_the_densities_of_all_bands() {
     // By hand, for two bands and three places.
     let (frequency, coherence) = ([0.5, 3.0], [0.9, 0.5]);
     let (count, level_count) = ([20.0, 8.0], [10.0, 0.0]);
-    let (tau, l) = ([0.21, -0.10], [2.0, 0.0]);
+    let slope_count = [6.0, 0.0];
+    let (tau, l, slope) = ([0.21, -0.10], [2.0, 0.0], [-1.5, 0.0]);
     let mu_tau = [0.20, 0.21, -0.30, 0.25, 0.25, 0.24];
     let mu_l = [2.5, 7.0, -3.0, 1.0, 9.0, 5.0];
+    let mu_slope = [0.5, 7.0, -3.0, 1.0, 2.0, 5.0];
+    // The size of the cells, and their areas.
+    let (size, area) = (1.5, [1.0, 3.0, 2.0]);
     let normal = |x: f64, mu: f64, s: f64| (-0.5 * ((x - mu) / s).powi(2)).exp() / (s * (2.0 * PI).sqrt());
-    let weigh = |source: bool, place: usize| -> f64 {
+    let few = |count: f64| 1.0 + 4.0 / count;
+    // How well the calibration fits, and how rough the source is, are the same in both bands, and not known.
+    let of_fit = |source: bool, place: usize, fit: usize| -> f64 {
         (0..2)
             .map(|k| {
                 let lost: f64 = 1.0 - coherence[k];
                 let stray = if source { 0.05 + 2.0 * (lost - 0.4_f64).max(0.0) } else { 1.0 };
                 let cycle = 1.0 / frequency[k];
-                let growth = if k == 0 { 6.5 } else { 4.5 };
-                let ears = f64::max(0.0015 * cycle, 0.001) * (growth * lost).exp();
-                let head = 0.006 * (1.0 + 0.6 * cycle);
-                let sigma = ((1.0 + 4.0 / count[k]) * ears * ears + head * head + 0.006 * 0.006).sqrt();
+                let ears = match k {
+                    0 => 0.002 * cycle * (5.2 * lost).exp(),
+                    _ => f64::max(0.0012 * cycle, 0.0006) * (4.3 * lost).exp(),
+                };
+                let head = [0.002, 0.006, 0.02][fit] * (1.0 + 0.6 * cycle);
+                let within = 0.005 * size;
+                let sigma = (few(count[k]) * ears * ears + head * head + within * within).sqrt();
                 let mu = mu_tau[2 * place + k];
                 let peaks: f64 = [(-2.0, 0.05), (-1.0, 0.15), (0.0, 0.6), (1.0, 0.15), (2.0, 0.05)]
                     .iter()
@@ -59,16 +68,31 @@ fn the_program_multiplies_the_densities_of_all_bands() {
                     .sum();
                 let of_time = stray / 2.4 + (1.0 - stray) * peaks;
                 // The second band has no level.
-                let ears = 0.3 * (5.8 * lost).exp();
-                let sigma = ((1.0 + 4.0 / 10.0) * ears * ears + 1.0 + 1.0).sqrt();
-                let of_level = if k == 0 {
-                    stray / 120.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma)
-                } else {
-                    1.0 / 120.0
+                let ears = 0.08 * (6.0 * lost).exp();
+                let (head, within) = ([0.15, 1.0, 3.5][fit], 0.3 * size);
+                let sigma = (few(10.0) * ears * ears + head * head + within * within).sqrt();
+                let stray = if source { 0.05 + (lost - 0.4_f64).max(0.0) } else { 1.0 };
+                let of_level = match k {
+                    0 => stray / 120.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma),
+                    _ => 1.0 / 120.0,
                 };
                 of_time * of_level
             })
             .product()
+    };
+    let of_roughness = |source: bool, place: usize, rough: usize| -> f64 {
+        let (step, fall) = ([0.5_f64, 2.0, 5.0][rough], [0.0, 0.8, 1.2][rough]);
+        let ears = 0.2 * (4.0 * (1.0 - coherence[0])).exp();
+        let within = 0.3 * size;
+        let sigma = (few(6.0) * ears * ears + step * step + 0.25 + within * within).sqrt();
+        let stray = if source { 0.05 } else { 1.0 };
+        // The second band has no slope.
+        (stray / 120.0 + (1.0 - stray) * normal(slope[0], mu_slope[2 * place] - fall, sigma)) / 120.0
+    };
+    let weigh = |source: bool, place: usize| -> f64 {
+        let fits: f64 = (0..3).map(|fit| of_fit(source, place, fit)).sum();
+        let roughness: f64 = (0..3).map(|rough| of_roughness(source, place, rough)).sum();
+        area[place] * fits * roughness
     };
     let weights = [false, true].map(|source| [0, 1, 2].map(|place| weigh(source, place)));
     // A source has the probability 0.1.
@@ -79,12 +103,17 @@ fn the_program_multiplies_the_densities_of_all_bands() {
         .bands(2)
         .mu_tau(&mu_tau)
         .mu_l(&mu_l)
+        .mu_slope(&mu_slope)
+        .size(size)
+        .area(&area)
         .frequency(&frequency)
         .coherence(&coherence)
         .count(&count)
         .level_count(&level_count)
+        .slope_count(&slope_count)
         .tau(&tau)
         .l(&l)
+        .slope(&slope)
         .ask()
         .unwrap();
     for source in [false, true] {

@@ -15,7 +15,7 @@ use crate::head::frames::{Attitude, Extrinsics};
 use crate::head::sense::{Bearing, Evidence, Sense, Sensed};
 use crate::head::stage::Shared;
 use crate::map::{Likelihood, Map};
-use crate::programs::{listening, sounding};
+use crate::programs::sounding;
 use crate::vestibular::rotation;
 use crate::world::scene::{FaultKind, Organ};
 use crate::world::{Place, seeded};
@@ -158,10 +158,10 @@ impl EarPair {
         let mut weights = vec![0f32; places.len()];
         place.iter().zip(prior.occupancy()).for_each(|(at, p)| weights[*at] += p);
         let each = |value: &dyn Fn(usize) -> f32| place.iter().map(|at| value(*at)).collect::<Vec<f32>>();
-        let rate = (listening::DEFAULT_RATE / places.len() as f64) as f32;
+        let rates = self.listening.prior();
         sounding::heard()
             .grid(grid.cells())
-            .prior(&each(&|_| rate))
+            .prior(&each(&|at| rates[at] as f32))
             .place(&each(&|at| places[at].min(1.0) as f32))
             .weight(&each(&|at| weights[at].max(LEAST_WEIGHT)))
             .occupied(prior.occupancy())
