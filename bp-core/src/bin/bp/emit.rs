@@ -1,12 +1,12 @@
 //! `bp emit`: compiles a program to source code.
 //!
-//! In: a program, optionally a question. Out: Rust as the macro generates it, or shaders in WGSL. Invariant: both use
-//! the same plan and kernel.
+//! In: a program, optionally a question. Out: Rust as the macro generates it, shaders in WGSL, or an ES module. Invariant:
+//! all use the same plan and kernel.
 
 use crate::failure::Failure;
 use crate::{output, program};
 use bp_core::compiler::answer::link;
-use bp_core::compiler::emit::{Emitted, emit_rust, wgsl::emit_wgsl_module};
+use bp_core::compiler::emit::{Emitted, emit_rust, javascript::emit_javascript, wgsl::emit_wgsl_module};
 use bp_core::compiler::kernel::Kernel;
 use bp_core::compiler::lower::lower;
 use bp_core::compiler::model::Model;
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 /// The largest size: as many cells as an answer may have.
 const MOST: usize = 1_000_000_000;
 
-/// Compile questions to source code, in Rust or WGSL.
+/// Compile questions to source code, in Rust, WGSL or JavaScript.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -26,10 +26,12 @@ Examples:
   bp emit cell.bp step --to wgsl --out step.wgsl
   bp emit cell.bp step --to wgsl --size Grid.depth=10 --size Grid.rows=90 \\
       --size Grid.lanes=360 --size Velocity=7 --size Sensors=1
+  bp emit wet_grass.bp --to javascript --out wet_grass.mjs
 
-Sizes that are not fixed are read from a buffer at run time. If all sizes are
-fixed, indices are constants, and the intermediate values of a cell stay in
-registers.")]
+Sizes of shaders that are not fixed are read from a buffer at run time. If all
+sizes are fixed, indices are constants, and the intermediate values of a cell
+stay in registers. In JavaScript every size is fixed: by --size, or by its
+default.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
@@ -38,7 +40,7 @@ pub(crate) struct Arguments {
     /// Target language.
     #[arg(long, value_enum, default_value = "rust")]
     to: Language,
-    /// Fix a size in the shader; sizes that are not fixed are read at run time.
+    /// Fix a size in a shader or in JavaScript.
     #[arg(long = "size", value_name = "NAME=N", value_parser = size)]
     sizes: Vec<(String, usize)>,
     /// Write to this file instead of stdout.
@@ -52,6 +54,8 @@ enum Language {
     Rust,
     /// One module of compute shaders for all questions that have exact loops.
     Wgsl,
+    /// An ES module with a function in f64 for each question that has exact loops.
+    Javascript,
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
@@ -60,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let mut model = link(&network.model)?.into_owned();
     let mut page = Vec::new();
     if arguments.to == Language::Rust && !arguments.sizes.is_empty() {
-        let words = "`--size` is for `--to wgsl`: Rust is written for any sizes";
+        let words = "`--size` is for `--to wgsl` and `--to javascript`: Rust is written for any sizes";
         return Err(Failure::Words(words.to_owned()));
     }
     if arguments.to == Language::Rust {
@@ -86,7 +90,14 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let size = |name: &str| arguments.sizes.iter().find(|(known, _)| known == name).map(|(_, size)| *size);
     let sized: Vec<Kernel> =
         written.iter().map(|kernel| kernel.with_sizes(size)).collect::<Result<_, _>>()?;
-    write!(page, "{}", emit_wgsl_module(&sized)?)?;
+    match arguments.to {
+        Language::Javascript => {
+            let sized: Vec<Kernel> =
+                sized.iter().map(Kernel::with_default_sizes).collect::<Result<_, _>>()?;
+            write!(page, "{}", emit_javascript(&sized)?.module())?;
+        }
+        _ => write!(page, "{}", emit_wgsl_module(&sized)?)?,
+    }
     output::write(arguments.out.as_deref(), &page, out)
 }
 

@@ -14,14 +14,14 @@ mod layout;
 mod print;
 mod value;
 
+use super::cellwise::Cellwise;
 use super::names::{Names, snake};
 use super::text::{Text, in_a_comment};
 use crate::error::Error;
-use crate::ids::{AxisId, BufferId, Id, ValueId};
-use crate::kernel::schedule::{Group, Loops, Schedule};
+use crate::ids::{AxisId, BufferId, Id};
+use crate::kernel::schedule::{Group, Schedule};
 use crate::kernel::{Buffer, Kernel, Node, Numbers, Reduce, Role, Values};
-use crate::loops::{Expression, Kind, Of, Operation, Statement, validate};
-use crate::operators::Binary;
+use crate::loops::{Of, Statement, validate};
 pub use layout::Layout;
 use layout::{Place, Term};
 use print::Printer;
@@ -31,9 +31,6 @@ pub const WORKGROUP: u32 = 64;
 
 /// Upper limit on workgroups along the first direction of a dispatch; the rest goes along the second direction.
 pub const MOST_WORKGROUPS: u32 = 65_535;
-
-/// Upper limit on the unrolled iterations of a nest's loops.
-const MOST_TURNS: usize = 64;
 
 /// A kernel as a compute shader.
 #[derive(Clone, PartialEq, Debug)]
@@ -217,94 +214,12 @@ impl Pass<'_> {
                 text.line(format!("var b{}: array<f32, {count}>;", out.position()));
             }
         }
-        let nests = self.group.nests.iter();
-        let nests = nests.map(|loops| Statement::Scope(self.nest(loops, 0, self.is_written_out(loops))));
-        let nests: Vec<Statement> = nests.collect();
+        // The axes of the pass are fixed in an invocation.
+        let cells = Cellwise { kernel: self.kernel, axes: self.axes, unrolls: true };
+        let nests: Vec<Statement> =
+            self.group.nests.iter().map(|nest| cells.nest(self.group, nest)).collect();
         validate(&nests, self.axes.iter().map(|axis| Of::Running(*axis).into()));
         Printer { kernel: self.kernel, layout: self.layout }.statements(&nests, text);
         text.close();
-    }
-
-    /// Whether loops of known extent are unrolled: over a plate each has few iterations, and values kept between them
-    /// then need no array.
-    fn is_written_out(&self, loops: &Loops) -> bool {
-        let axes = loops.outer.iter().chain(&loops.inner).filter(|axis| !self.axes.contains(axis));
-        let known = axes.filter_map(|axis| self.kernel.axes[*axis].extent.known());
-        self.group.parallel && known.fold(1, usize::saturating_mul) <= MOST_TURNS
-    }
-
-    fn level(&self, loops: &Loops, depth: usize) -> Vec<Statement> {
-        loops.levels[depth].iter().flat_map(|value| self.value(*value)).collect()
-    }
-
-    fn nest(&self, loops: &Loops, depth: usize, written_out: bool) -> Vec<Statement> {
-        let nest = &self.kernel.nests[loops.nest];
-        let mut made = self.level(loops, depth);
-        let (outer, last) = (loops.outer.len(), loops.outer.len() + loops.inner.len());
-        if depth < outer {
-            let axis = loops.outer[depth];
-            let within = self.nest(loops, depth + 1, written_out);
-            // The axes of the pass are fixed in an invocation.
-            match self.axes.contains(&axis) {
-                true => made.extend(within),
-                false => made.extend(self.through(axis, false, written_out, within)),
-            }
-            return made;
-        }
-        let v = |value: ValueId| Expression::from(Of::Lane(value));
-        let (value, cell) = (v(nest.value), self.cell(nest.out));
-        match &nest.reduce {
-            Reduce::None => made.push(Statement::Set(cell, value)),
-            Reduce::Scan { axis, backward, keep, initial } => {
-                made.push(Statement::State(v(*initial)));
-                let state = Expression::from(Of::State);
-                let operator = |operator: Binary| Operation::Binary(Kind::Lane, operator);
-                let next = operator(Binary::Multiply).of([v(*keep), state.clone()]);
-                let next = operator(Binary::Add).of([next, value]);
-                let mut within = self.level(loops, depth + 1);
-                within.push(Statement::Set(cell, state.clone()));
-                within.push(Statement::Set(state, next));
-                made.extend(self.through(*axis, *backward, written_out, within));
-            }
-            Reduce::Fold(fold, _) => {
-                if depth == outer {
-                    made.push(Statement::Begin(*fold));
-                }
-                match depth < last {
-                    true => {
-                        let within = self.nest(loops, depth + 1, written_out);
-                        made.extend(self.through(loops.inner[depth - outer], false, written_out, within));
-                    }
-                    false => made.push(Statement::Fold(*fold, value)),
-                }
-                if depth == outer {
-                    made.push(Statement::Set(cell, Of::Folded.into()));
-                }
-            }
-        }
-        made
-    }
-
-    /// Loops over an axis, or unrolls the loop.
-    fn through(
-        &self,
-        axis: AxisId,
-        backward: bool,
-        written_out: bool,
-        body: Vec<Statement>,
-    ) -> Vec<Statement> {
-        match self.layout.extent(axis) {
-            Term::Known(extent) if written_out => {
-                let at = |turn: usize| if backward { extent - 1 - turn } else { turn };
-                (0..extent).map(|turn| Statement::Turn(axis, at(turn), body.clone())).collect()
-            }
-            _ => vec![Statement::Scan { axis, backward, body }],
-        }
-    }
-
-    /// The current cell of a result buffer.
-    fn cell(&self, out: BufferId) -> Expression {
-        let running = self.kernel.buffers[out].axes.iter().map(|axis| Of::Running(*axis).into());
-        Operation::Cell(out).of(running.collect::<Vec<Expression>>())
     }
 }

@@ -250,10 +250,10 @@ pub enum Reduce {
     },
 }
 
-/// For every cell of a buffer, a fold of an expression.
+/// For every cell of a buffer `out`, a fold of an expression.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Nest {
-    /// The result.
+    /// The buffer.
     pub out: BufferId,
     /// The reduction.
     pub reduce: Reduce,
@@ -351,11 +351,18 @@ impl Kernel {
         Ok(kernel)
     }
 
+    /// The same kernel with the sizes known that have a default.
+    ///
+    /// # Errors
+    /// An axis that would have no values.
+    pub fn with_default_sizes(&self) -> Result<Self, Error> {
+        self.with_sizes(|name| self.sizes.iter().find(|size| size.name == name)?.default)
+    }
+
     /// The buffers that the host gives, in order.
     pub fn inputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
-        self.buffers
-            .iter()
-            .filter(|(_, buffer)| matches!(buffer.role, Role::Input { .. } | Role::Positions(..)))
+        let is_given = |role: &Role| matches!(role, Role::Input { .. } | Role::Positions(..));
+        self.buffers.iter().filter(move |(_, buffer)| is_given(&buffer.role))
     }
 
     /// The buffers that the host gets, in order.

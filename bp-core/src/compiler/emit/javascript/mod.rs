@@ -1,0 +1,241 @@
+//! Kernels as JavaScript: an ES module with a function for each kernel, in f64.
+//!
+//! In: [`Kernel`]s whose sizes are known. Out: a [`Javascript`]. Invariant: a function computes what the interpreter
+//! computes, up to the rounding of `exp`, `log` and the functions of `web/functions.js`; it allocates its arrays once, and
+//! computes again only the nests that depend on an input that has changed.
+//! Language: Ecma International, *ECMAScript 2020 Language Specification*.
+
+mod print;
+
+use super::cellwise::Cellwise;
+use super::names::{Names, snake};
+use super::text::{Text, in_a_comment};
+use crate::error::Error;
+use crate::ids::{BufferId, Id};
+use crate::kernel::schedule::{Group, Schedule, reachable, roots};
+use crate::kernel::{Buffer, Kernel, Node, Numbers, OutputKey, Role, Values};
+use crate::loops::validate;
+use print::{Printer, number};
+use std::collections::BTreeSet;
+
+/// The functions that emitted code calls.
+const FUNCTIONS: &str = include_str!("../../../../web/functions.js");
+
+/// Reserved words of JavaScript, and names that are not bound anew in a module, that are no keywords of Rust.
+const RESERVED: [&str; 30] = [
+    "arguments",
+    "case",
+    "catch",
+    "class",
+    "debugger",
+    "default",
+    "delete",
+    "eval",
+    "export",
+    "extends",
+    "finally",
+    "function",
+    "implements",
+    "import",
+    "instanceof",
+    "interface",
+    "let",
+    "new",
+    "null",
+    "package",
+    "private",
+    "protected",
+    "public",
+    "switch",
+    "this",
+    "throw",
+    "typeof",
+    "undefined",
+    "var",
+    "void",
+];
+
+/// Kernels as JavaScript.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Javascript {
+    /// The functions and the ones that they call, as statements.
+    pub text: String,
+    /// The name of the function of each kernel. It has one parameter, an object with the inputs by the names that the program
+    /// gives them: a number for each, or an array; those with a default may be left out. It returns an object: `answers`,
+    /// the array of each ask of the kernel, the last axis contiguous; and `lnEvidence`, ln P(evidence), or `null`. The
+    /// arrays belong to the function, which writes them again when it is called next. An input that does not fit is a
+    /// `RangeError`.
+    pub names: Vec<String>,
+}
+
+impl Javascript {
+    /// The text of an ES module that exports the functions.
+    pub fn module(&self) -> String {
+        format!("{}\nexport {{ {} }};\n", self.text, self.names.join(", "))
+    }
+}
+
+/// Writes kernels as JavaScript.
+///
+/// # Errors
+/// A size that is not known ([`Kernel::with_sizes`] fixes it); displacements on a grid; the probability of an interval under
+/// a law whose cumulative distribution has no function in JavaScript.
+pub fn emit_javascript(kernels: &[Kernel]) -> Result<Javascript, Error> {
+    let mut names = Names::default();
+    RESERVED.into_iter().chain(defined(FUNCTIONS)).for_each(|name| {
+        names.unique(name);
+    });
+    let mut text = Text::default();
+    text.line(FUNCTIONS);
+    let mut made = Javascript::default();
+    for kernel in kernels {
+        is_possible(kernel)?;
+        let name = names.unique(&snake(&kernel.name));
+        text.line("");
+        function(kernel, &name, &mut text);
+        made.names.push(name);
+    }
+    made.text = text.finish();
+    Ok(made)
+}
+
+/// The names that a text defines at its top.
+fn defined(text: &'static str) -> impl Iterator<Item = &'static str> {
+    let opens = |line: &'static str| {
+        let mut words = line.split([' ', '(']);
+        let is_definition = matches!(words.next(), Some("function" | "const"));
+        is_definition.then(|| words.next()).flatten()
+    };
+    text.lines().filter_map(opens)
+}
+
+/// Whether a kernel can be written.
+fn is_possible(kernel: &Kernel) -> Result<(), Error> {
+    let refused = |reason: String| Err(Error::Unplanned { question: kernel.name.clone(), reason });
+    if let Some(law) = kernel.nodes.values().find_map(Node::integrated) {
+        return refused(format!(
+            "JavaScript has no function for the probability of an interval under `{}`: use integers, whose probabilities \
+             are densities",
+            law.name()
+        ));
+    }
+    if let Some(size) = kernel.sizes().first() {
+        return refused(format!(
+            "JavaScript is written for known sizes, and `{}` is given at run time",
+            size.name
+        ));
+    }
+    match kernel.buffers.values().find(|buffer| matches!(buffer.role, Role::Positions(..))) {
+        Some(buffer) => {
+            refused(format!("JavaScript has no displacements on a grid, which `{}` holds", buffer.name))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Writes the function of a kernel.
+fn function(kernel: &Kernel, name: &str, text: &mut Text) {
+    // Without a plate, each nest is a pass of its own, with all loops.
+    let kernel = Kernel { parallel: Vec::new(), ..kernel.clone() };
+    let read = changes(&kernel);
+    text.line(format!("// {}", in_a_comment(&kernel.name)));
+    text.open(format!("const {name} = (() =>"));
+    text.line("let fresh = true;");
+    kernel.buffers.iter().for_each(|(id, buffer)| array(&kernel, id, buffer, text));
+    text.open("return (given) =>");
+    for (id, buffer) in kernel.buffers.iter().filter(|(_, buffer)| buffer.role.input().is_some()) {
+        let ordinal = match buffer.values {
+            Some(_) => format!("of{}", id.position()),
+            None => "undefined".to_owned(),
+        };
+        let default = match &buffer.role {
+            Role::Input { default: Some(default), .. } => number(*default),
+            Role::Table { .. } => format!("t{}", id.position()),
+            _ => "undefined".to_owned(),
+        };
+        let place = id.position();
+        let host = string(&buffer.name);
+        text.line(format!(
+            "const c{place} = take(b{place}, {host}, given[{host}], {default}, {ordinal}) || fresh;"
+        ));
+    }
+    let cells = Cellwise { kernel: &kernel, axes: &[], unrolls: false };
+    let printer = Printer { kernel: &kernel };
+    for Group { nests, .. } in &Schedule::of(&kernel).groups {
+        for loops in nests {
+            let inputs = &read[kernel.nests[loops.nest].out.position()];
+            let changed: Vec<String> = inputs.iter().map(|id| format!("c{}", id.position())).collect();
+            let changed = if changed.is_empty() { "fresh".to_owned() } else { changed.join(" || ") };
+            let nest = [cells.nest(&Group { parallel: false, nests: Vec::new() }, loops)];
+            validate(&nest, []);
+            printer.guarded(&changed, &nest, text);
+        }
+    }
+    text.line("fresh = false;");
+    let outputs = |is_ask: bool| {
+        let own = kernel.outputs().filter(move |(_, key)| matches!(key, OutputKey::Ask(_)) == is_ask);
+        own.map(|(id, _)| format!("b{}", id.position())).collect::<Vec<_>>()
+    };
+    let evidence = match outputs(false).first() {
+        Some(array) => format!("{array}[0]"),
+        None => "null".to_owned(),
+    };
+    text.line(format!("return {{ answers: [{}], lnEvidence: {evidence} }};", outputs(true).join(", ")));
+    text.close_with("};");
+    text.close_with("})();");
+}
+
+/// Defines the array of a buffer, and what its input needs.
+fn array(kernel: &Kernel, id: BufferId, buffer: &Buffer, text: &mut Text) {
+    let place = id.position();
+    let count = kernel.known_cells(&buffer.axes).expect("internal: all sizes are known");
+    let note = in_a_comment(&buffer.name);
+    match &buffer.role {
+        Role::Table { key, numbers } => {
+            let own: Vec<String> = numbers.iter().map(|one| number(*one)).collect();
+            let name = if key.is_some() { "t" } else { "b" };
+            text.line(format!("const {name}{place} = Float64Array.of({}); // {note}", own.join(", ")));
+            if key.is_some() {
+                text.line(format!("const b{place} = new Float64Array({count});"));
+            }
+        }
+        _ => text.line(format!("const b{place} = new Float64Array({count}); // {note}")),
+    }
+    match buffer.values.as_ref().map(|Values { numbers, .. }| numbers) {
+        Some(Numbers::Whole { first, count }) => {
+            let values = count.iter().filter_map(|extent| extent.known()).product::<usize>();
+            text.line(format!("const of{place} = whole({first}, {values});"));
+        }
+        Some(Numbers::Bins(bins)) => {
+            let edges: Vec<String> = bins.edges().iter().map(|edge| number(*edge)).collect();
+            text.line(format!("const of{place} = bins([{}], {});", edges.join(", "), bins.is_circle()));
+        }
+        Some(Numbers::Real) => text.line(format!("const of{place} = undefined;")),
+        None => {}
+    }
+}
+
+/// The inputs on which each buffer depends.
+fn changes(kernel: &Kernel) -> Vec<BTreeSet<BufferId>> {
+    let mut read: Vec<BTreeSet<BufferId>> = vec![BTreeSet::new(); kernel.buffers.len()];
+    for (id, _) in kernel.buffers.iter().filter(|(_, buffer)| buffer.role.input().is_some()) {
+        read[id.position()].insert(id);
+    }
+    // The inputs of each node; a buffer is read after the nest that computes it.
+    for nest in &kernel.nests {
+        let nodes = roots(&nest.reduce, nest.value).into_iter().flat_map(|root| reachable(kernel, root));
+        let mut own = BTreeSet::new();
+        for node in nodes {
+            if let Node::Load { buffer, .. } = &kernel.nodes[node] {
+                own.extend(read[buffer.position()].iter().copied());
+            }
+        }
+        read[nest.out.position()] = own;
+    }
+    read
+}
+
+/// A string of JavaScript.
+fn string(text: &str) -> String {
+    serde_json::to_string(text).expect("internal: a string is valid JSON")
+}
