@@ -1,37 +1,14 @@
-//! What is known about a name: its declaration, its form, the reference of a form; and names to complete.
+//! What is known about a name: its declaration and its form, or its entry in the reference; and names to complete.
 //!
-//! In: a place in a document. Out: Markdown, completions. Invariant: the reference of forms is that of `docs/language.md`.
+//! In: a place in a document. Out: Markdown, completions. Invariant: entries are those that `bp reference` prints.
 
 use super::document::Document;
 use super::symbols::{Kind, Symbol};
 use crate::highlight::{KEYWORDS, TYPES};
+use bp_core::compiler::reference::{self, Entry};
 use lsp_types::{
     CompletionItem, CompletionItemKind, Documentation, Hover, HoverContents, MarkupContent, MarkupKind,
 };
-
-/// The rows of the tables of forms, distributions and functions of `docs/language.md`.
-const REFERENCE: &str = include_str!("forms.md");
-
-/// The rows about a form, each as its cells.
-fn reference(name: &str) -> Vec<Vec<String>> {
-    REFERENCE.lines().filter(|row| names_of(row).iter().any(|own| own == name)).map(cells).collect()
-}
-
-/// The cells of a row. A bar in a cell is written `\|`.
-fn cells(row: &str) -> Vec<String> {
-    let inner = row.trim().trim_start_matches('|').trim_end_matches('|').replace("\\|", "\u{1}");
-    inner.split('|').map(|cell| cell.trim().replace('\u{1}', "|")).collect()
-}
-
-/// The names of the forms or functions in the first cell of a row: `exp(x)`, `ln(x)`.
-fn names_of(row: &str) -> Vec<String> {
-    let first = cells(row).into_iter().next().unwrap_or_default();
-    let codes = first.split('`').skip(1).step_by(2);
-    let name = |code: &str| {
-        code.split(|letter: char| !(letter.is_alphanumeric() || letter == '_')).next().map(str::to_owned)
-    };
-    codes.filter_map(name).filter(|name| !name.is_empty()).collect()
-}
 
 fn markdown(value: String) -> MarkupContent {
     MarkupContent { kind: MarkupKind::Markdown, value }
@@ -50,17 +27,24 @@ fn described(symbol: &Symbol) -> String {
     text
 }
 
-/// The reference of a form, as a list; links lead nowhere in an editor.
-fn of_form(rows: &[Vec<String>]) -> String {
-    let line = |row: &Vec<String>| format!("- {}", row.join(" · "));
-    rows.iter().map(line).map(|line| without_links(&line)).collect::<Vec<_>>().join("\n")
+/// Entries of the reference; links lead nowhere in an editor.
+fn explained(entries: &[Entry]) -> String {
+    let one = |entry: &Entry| {
+        format!("**{}** ({})\n\n{}", entry.names.join(", "), entry.kind, without_links(entry.text))
+    };
+    entries.iter().map(one).collect::<Vec<_>>().join("\n\n---\n\n")
+}
+
+/// Whether a name of the reference can be completed: a word of the language.
+fn is_word(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
 }
 
 /// `[text](target)` as its text.
 fn without_links(text: &str) -> String {
     let mut found = String::with_capacity(text.len());
     let mut rest = text;
-    while let Some((before, after)) = rest.split_once("](#") {
+    while let Some((before, after)) = rest.split_once("](") {
         match (before.rfind('['), after.split_once(')')) {
             (Some(open), Some((_, behind))) => {
                 found.push_str(&before[..open]);
@@ -80,8 +64,8 @@ impl Document {
         let text = match self.symbol(&word) {
             Some(symbol) => described(symbol),
             None => {
-                let rows = reference(&word.name);
-                (!rows.is_empty()).then(|| of_form(&rows))?
+                let entries = reference::named(&word.name);
+                (!entries.is_empty()).then(|| explained(&entries))?
             }
         };
         Some(Hover { contents: HoverContents::Markup(markdown(text)), range: Some(self.range(word.span)) })
@@ -115,15 +99,16 @@ impl Document {
             };
             add(&symbol.name, kind, Some(symbol.declaration.clone()), Some(described(symbol)));
         }
-        for name in REFERENCE.lines().flat_map(names_of) {
-            let rows = reference(&name);
-            let detail = rows.first().and_then(|row| row.first().cloned());
-            add(
-                &name,
-                CompletionItemKind::FUNCTION,
-                detail.map(|cell| cell.replace('`', "")),
-                Some(of_form(&rows)),
-            );
+        let entries = reference::entries();
+        for name in entries.iter().flat_map(|entry| &entry.names).filter(|name| is_word(name)) {
+            let own: Vec<Entry> =
+                entries.iter().filter(|entry| entry.names.contains(name)).cloned().collect();
+            let kind = match own[0].kind {
+                "forms" | "functions" => CompletionItemKind::FUNCTION,
+                _ => CompletionItemKind::KEYWORD,
+            };
+            let detail = without_links(own[0].summary()).replace('`', "");
+            add(name, kind, Some(detail), Some(explained(&own)));
         }
         for keyword in KEYWORDS.iter().chain(&TYPES) {
             add(keyword, CompletionItemKind::KEYWORD, None, None);
@@ -137,10 +122,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_found_by_the_names_in_their_first_cell() {
-        assert_eq!(names_of("| `exp(x)`, `ln(x)` | eˣ |"), ["exp", "ln"]);
-        assert_eq!(reference("normal").len(), 4);
-        assert_eq!(cells("| `laplace(m, b)` | exp(−\\|x − m\\|/b) |")[1], "exp(−|x − m|/b)");
+    fn entries_have_no_links() {
         assert_eq!(without_links("mean m, [covariance](#vectors) S"), "mean m, covariance S");
+        assert_eq!(without_links("see [forms](forms.md#normal)."), "see forms.");
+        assert_eq!(without_links("a [b] (c)"), "a [b] (c)");
+        assert!(is_word("half_flat") && !is_word("P(X | Y)"));
     }
 }

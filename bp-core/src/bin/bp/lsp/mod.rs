@@ -9,16 +9,18 @@ mod edit;
 mod grammar;
 mod hover;
 mod symbols;
+mod transport;
 
 use crate::failure::Failure;
 use document::Document;
-use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _, PublishDiagnostics,
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Exit, Notification as _,
+    PublishDiagnostics,
 };
 use lsp_types::request::{
-    Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest, PrepareRenameRequest,
-    References, Rename, Request as _,
+    Completion, DocumentSymbolRequest, Formatting, GotoDefinition, HoverRequest, Initialize,
+    PrepareRenameRequest, References, Rename, Request as _, Shutdown,
 };
 use lsp_types::{
     HoverProviderCapability, OneOf, PositionEncodingKind, PublishDiagnosticsParams, RenameOptions,
@@ -27,7 +29,8 @@ use lsp_types::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{BufRead, Write};
+use transport::Incoming;
 
 /// Serve an editor: diagnostics, hover, completion, definitions, renaming, formatting.
 #[derive(clap::Args)]
@@ -62,16 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(&grammar::grammar()).map_err(words)?;
         return writeln!(std::io::stdout(), "{text}").map_err(Failure::Output);
     }
-    let (connection, threads) = Connection::stdio();
-    let capabilities = serde_json::to_value(capabilities()).map_err(words)?;
-    // A client that ends before it has begun is no failure.
-    if connection.initialize(capabilities).is_ok() {
-        serve(&connection)?;
-    }
-    drop(connection);
-    threads
-        .join()
-        .map_err(|error| words(format!("a message could not be read, or an answer not written: {error}")))
+    serve(&mut std::io::stdin().lock(), &mut std::io::stdout().lock())
 }
 
 fn words(error: impl std::fmt::Display) -> Failure {
@@ -96,29 +90,79 @@ fn capabilities() -> ServerCapabilities {
     }
 }
 
-/// Answers messages until the client ends the session.
-fn serve(connection: &Connection) -> Result<(), Failure> {
-    let mut open = Open::new();
-    for message in &connection.receiver {
+/// The state of a session.
+#[derive(Clone, Copy, PartialEq)]
+enum Session {
+    Begins,
+    Runs,
+    IsShut,
+}
+
+/// Answers messages until the client ends the session. It ends well after `shutdown`, and if it never began.
+fn serve(from: &mut impl BufRead, out: &mut impl Write) -> Result<(), Failure> {
+    let (mut open, mut session) = (Open::new(), Session::Begins);
+    loop {
+        let message = match transport::read(from)? {
+            Incoming::Message(message) => message,
+            Incoming::Malformed(id, code, reason) => {
+                transport::refuse(out, &id, code, &reason)?;
+                continue;
+            }
+            Incoming::TooLong(length, reason) => {
+                transport::refuse(out, &serde_json::Value::Null, ErrorCode::InvalidRequest, &reason)?;
+                transport::pass_over(from, length)?;
+                continue;
+            }
+            Incoming::End if session == Session::Runs => {
+                return Err(words("the client ended without `shutdown`"));
+            }
+            Incoming::End => return Ok(()),
+        };
         match message {
             Message::Request(request) => {
-                if connection.handle_shutdown(&request).map_err(words)? {
-                    return Ok(());
-                }
-                let response = answer(&open, request);
-                connection.sender.send(Message::Response(response)).map_err(words)?;
+                Message::Response(respond(&open, &mut session, request)?).write(out)?;
             }
-            Message::Notification(notification) => {
+            Message::Notification(notification) if notification.method == Exit::METHOD => {
+                return if session == Session::IsShut { Ok(()) } else { Err(Failure::Reported) };
+            }
+            Message::Notification(notification) if session == Session::Runs => {
                 if let Some(found) = notice(&mut open, notification) {
                     let method = PublishDiagnostics::METHOD.to_owned();
-                    let published = Notification::new(method, found);
-                    connection.sender.send(Message::Notification(published)).map_err(words)?;
+                    Message::Notification(Notification::new(method, found)).write(out)?;
                 }
             }
-            Message::Response(_) => {}
+            Message::Notification(_) | Message::Response(_) => {}
         }
     }
-    Ok(())
+}
+
+/// The response to a request, which may begin or end the session.
+fn respond(open: &Open, session: &mut Session, request: Request) -> Result<Response, Failure> {
+    let refused =
+        |id, code: ErrorCode, reason: &str| Ok(Response::new_err(id, code as i32, reason.to_owned()));
+    match (*session, request.method.as_str()) {
+        (Session::Begins, Initialize::METHOD) => {
+            *session = Session::Runs;
+            let capabilities = serde_json::to_value(capabilities()).map_err(words)?;
+            let server = serde_json::json!({ "name": "bp", "version": env!("CARGO_PKG_VERSION") });
+            let begun = serde_json::json!({ "capabilities": capabilities, "serverInfo": server });
+            Ok(Response::new_ok(request.id, begun))
+        }
+        (Session::Begins, _) => {
+            refused(request.id, ErrorCode::ServerNotInitialized, "the first request is `initialize`")
+        }
+        (Session::IsShut, _) => {
+            refused(request.id, ErrorCode::InvalidRequest, "the session is shut down; only `exit` is left")
+        }
+        (Session::Runs, Initialize::METHOD) => {
+            refused(request.id, ErrorCode::InvalidRequest, "the session has begun already")
+        }
+        (Session::Runs, Shutdown::METHOD) => {
+            *session = Session::IsShut;
+            Ok(Response::new_ok(request.id, serde_json::Value::Null))
+        }
+        (Session::Runs, _) => Ok(answer(open, request)),
+    }
 }
 
 /// Follows a document; returns the diagnostics to be shown.
