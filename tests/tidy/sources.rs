@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 53] = [
+const PACKAGES: [&str; 54] = [
     "ahrs",
     "allocation-counter",
     "ariadne",
@@ -28,6 +28,7 @@ const PACKAGES: [&str; 53] = [
     "ctrlc",
     "dejavu",
     "flate2",
+    "httparse",
     "indicatif",
     "libm",
     "lsp-server",

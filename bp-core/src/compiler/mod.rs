@@ -18,6 +18,7 @@ pub(crate) mod forms;
 pub mod gpu;
 pub(crate) mod guess;
 pub mod ids;
+pub mod interactive;
 pub mod io;
 pub mod kernel;
 pub mod latex;

@@ -7,11 +7,14 @@ mod data;
 mod elements;
 mod emit;
 mod general;
+mod javascript;
 mod learn;
 mod lsp;
 mod mistakes;
 mod networks;
 mod plots;
 mod rows;
+#[cfg(feature = "serve")]
+mod serve;
 mod start;
 mod streams;

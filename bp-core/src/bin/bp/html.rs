@@ -54,21 +54,10 @@ fn answer(model: &Model, plan: &Plan, alone: bool, forms: bool, out: &mut impl W
     };
     writeln!(out, "<section>\n<h2>{name}<code>{}</code></h2>", escaped(&asked(model, &plan.question)))?;
     figure(model, Some(&plan.question), out)?;
-    writeln!(out, "<h3>{}</h3>\n<ol>", if alone { "The derivation" } else { "Its derivation" })?;
-    for (rule, reason, equation) in derived(model, plan, forms, Notation::MathMl) {
-        writeln!(
-            out,
-            "<li><p><span class=\"rule\">{}.</span> {}.</p>\n{}</li>",
-            escaped(&sentence(&rule)),
-            prose(&sentence(&reason)),
-            mathematics(&equation)
-        )?;
-    }
-    writeln!(out, "</ol>\n<h3>Computation</h3>")?;
-    for equation in plan.computed(model, Notation::MathMl) {
-        writeln!(out, "{}", mathematics(&equation))?;
-    }
-    writeln!(out, "<p>The route is {}.</p>", prose(&routes(plan)))?;
+    writeln!(out, "<h3>{}</h3>", if alone { "The derivation" } else { "Its derivation" })?;
+    steps(model, plan, forms, out)?;
+    writeln!(out, "<h3>Computation</h3>")?;
+    computed(model, plan, out)?;
     for Marked { product, mark, reason } in plan.marks(model, Notation::MathMl) {
         writeln!(out, "<p>Range of numbers: {}, {}:</p>", mark.word(), prose(&reason))?;
         writeln!(out, "{}", mathematics(&product))?;
@@ -89,6 +78,29 @@ fn answer(model: &Model, plan: &Plan, alone: bool, forms: bool, out: &mut impl W
         )?;
     }
     writeln!(out, "</section>")
+}
+
+/// The steps of a derivation, as a list.
+pub(crate) fn steps(model: &Model, plan: &Plan, forms: bool, out: &mut impl Write) -> Result<()> {
+    writeln!(out, "<ol>")?;
+    for (rule, reason, equation) in derived(model, plan, forms, Notation::MathMl) {
+        writeln!(
+            out,
+            "<li><p><span class=\"rule\">{}.</span> {}.</p>\n{}</li>",
+            escaped(&sentence(&rule)),
+            prose(&sentence(&reason)),
+            mathematics(&equation)
+        )?;
+    }
+    writeln!(out, "</ol>")
+}
+
+/// The equation that is computed, and the route.
+pub(crate) fn computed(model: &Model, plan: &Plan, out: &mut impl Write) -> Result<()> {
+    for equation in plan.computed(model, Notation::MathMl) {
+        writeln!(out, "{}", mathematics(&equation))?;
+    }
+    writeln!(out, "<p>The route is {}.</p>", prose(&routes(plan)))
 }
 
 /// Limit of variables of a picture in a page.

@@ -26,6 +26,7 @@ mod network;
 mod new;
 mod output;
 mod over_time;
+mod page;
 mod parameters;
 mod planning;
 #[cfg(feature = "plot")]
@@ -37,6 +38,8 @@ mod print;
 mod program;
 mod reference;
 mod rows;
+#[cfg(feature = "serve")]
+mod serve;
 mod signals;
 
 use bp_core::compiler::{numbers, wrap};
@@ -63,6 +66,8 @@ Examples:
   bp explain wet_grass.bp --html --out wet_grass.html
   bp draw wet_grass.bp rain --out wet_grass.svg
   bp print wet_grass.bp --latex --standalone --out figure.tex
+  bp print wet_grass.bp --interactive --out wet_grass.html
+  bp serve wet_grass.bp
   bp emit cell.bp step --to wgsl
   bp learn spam.bp --data mails.csv --out learned.bp
   bp convert alarm.bif alarm.bp
@@ -94,6 +99,8 @@ enum Verb {
     Lsp(lsp::Arguments),
     New(new::Arguments),
     Reference(reference::Arguments),
+    #[cfg(feature = "serve")]
+    Serve(serve::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -102,6 +109,10 @@ fn main() -> ExitCode {
     if let Verb::Lsp(arguments) = &verb {
         // Its own thread writes to stdout.
         return lsp::run(arguments).map_or_else(Failure::report, |()| ExitCode::SUCCESS);
+    }
+    #[cfg(feature = "serve")]
+    if let Verb::Serve(arguments) = &verb {
+        return serve::run(arguments).map_or_else(Failure::report, |()| ExitCode::SUCCESS);
     }
     let mut out = BufWriter::new(std::io::stdout().lock());
     let done = match verb {
@@ -124,6 +135,8 @@ fn main() -> ExitCode {
         Verb::Lsp(arguments) => lsp::run(&arguments),
         Verb::New(arguments) => new::run(&arguments, &mut out),
         Verb::Reference(arguments) => reference::run(&arguments, &mut out),
+        #[cfg(feature = "serve")]
+        Verb::Serve(arguments) => serve::run(&arguments),
     };
     let flushed = out.flush().map_err(Failure::Output);
     match done.and(flushed) {

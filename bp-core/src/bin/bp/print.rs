@@ -4,10 +4,10 @@
 //! what is missing is listed; only a text that cannot be read as a program is an error.
 
 use crate::failure::Failure;
-use crate::{latex, output, program};
+use crate::{latex, output, page, program};
 use bp_core::compiler::io::{self, Format};
 use bp_core::compiler::plan::Notation;
-use bp_core::compiler::print::{document, fragment, page, sheets};
+use bp_core::compiler::print::{document, fragment, page as sheet_page, sheets};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::parse;
 use std::io::Write;
@@ -22,13 +22,20 @@ Examples:
   bp print wet_grass.bp --html --out wet_grass.html
   bp print wet_grass.bp --latex > wet_grass.tex    (\\input in a figure)
   bp print wet_grass.bp --latex --standalone --out figure.tex
+  bp print wet_grass.bp --interactive --out wet_grass.html
+  bp print alarm.bif 'P(CVP | HR = HIGH)' --interactive --out alarm.html
 
 Program { Description { Specification { Relevant variables, Decomposition, Forms },
 Identification }, Question }. An unfinished program prints what there is, and
-lists what is missing. The LaTeX needs amsmath, amssymb and graphicx.")]
+lists what is missing. The LaTeX needs amsmath, amssymb and graphicx. The page
+of --interactive has sliders and menus for the evidence and the parameters of
+each question; it computes the answers itself and needs no network.")]
 pub(crate) struct Arguments {
     /// A program; `-` is stdin.
     file: PathBuf,
+    /// With --interactive: a question, or the name of a declared one; all declared questions if left out.
+    #[arg(requires = "interactive")]
+    question: Option<String>,
     /// Write a figure for LaTeX.
     #[arg(long, conflicts_with_all = ["html", "svg"])]
     latex: bool,
@@ -41,12 +48,19 @@ pub(crate) struct Arguments {
     /// Write a picture as SVG; of several programs the last.
     #[arg(long)]
     svg: bool,
+    /// Write a self-contained HTML page whose answers follow sliders and menus.
+    #[arg(long, conflicts_with_all = ["html", "svg", "latex"])]
+    interactive: bool,
     /// Write to this file instead of stdout.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
+    if arguments.interactive {
+        let page = page::exported(&arguments.file, arguments.question.as_deref())?;
+        return output::write(arguments.out.as_deref(), page.as_bytes(), out);
+    }
     let source = match program::format_of(&arguments.file)? {
         Format::Program => program::read(&arguments.file)?,
         other => {
@@ -71,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     } else if arguments.latex {
         sheets.iter().map(fragment).collect::<Vec<_>>().join("\n")
     } else if arguments.html {
-        page(&sheets)
+        sheet_page(&sheets)
     } else if arguments.svg {
         sheets.last().map(|sheet| sheet.svg()).unwrap_or_default()
     } else {

@@ -24,9 +24,16 @@ pub fn page(sheets: &[Sheet]) -> String {
          initial-scale=1\"/>\n<style>\n{STYLE}</style></head>\n<body><main>\n",
         escaped(title)
     );
-    sheets.iter().for_each(|sheet| sheet.section(&mut page));
+    page.push_str(&sections(sheets));
     page.push_str("</main></body>\n</html>\n");
     page
+}
+
+/// The sections of a page with these sheets, one for each, which must be in MathML.
+pub fn sections(sheets: &[Sheet]) -> String {
+    let mut sections = String::new();
+    sheets.iter().for_each(|sheet| sheet.section(&mut sections));
+    sections
 }
 
 impl Sheet {

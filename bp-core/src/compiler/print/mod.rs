@@ -21,7 +21,7 @@ use crate::model::Model;
 use crate::syntax::ast::{Factor, File, FormKind, Learnt, Program, SectionKind, Term};
 use crate::syntax::check;
 
-pub use html::page;
+pub use html::{page, sections};
 pub use latex::{document, fragment};
 
 /// A line of a sheet.

@@ -16,6 +16,7 @@ pub(crate) mod sums;
 pub mod weighting;
 
 pub use route::Route;
+pub(crate) use sums::by_tables;
 
 use crate::equation::{Line, Marked, Notation, Options, Strategy};
 use crate::error::Error;

@@ -13,7 +13,7 @@ use super::{Offered, Prepared, Purpose, Route, Turn, refused};
 use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
 use crate::error::Error;
 use crate::ids::FactorId;
-use crate::model::{Ask, Model, Question};
+use crate::model::{Ask, Model, Question, Statistic};
 
 /// The strategy.
 pub(crate) struct Engine;
@@ -38,6 +38,25 @@ impl super::Engine for Engine {
             }
         }
     }
+}
+
+/// The route with a whole table in place of each entropy, and each table once; and the table of each ask. The host computes
+/// entropies: the table also shows which context is impossible.
+pub(crate) fn by_tables(exact: &Exact) -> (Exact, Vec<usize>) {
+    let mut asks: Vec<Ask> = Vec::new();
+    let mut places = Vec::with_capacity(exact.asks.len());
+    for ask in &exact.asks {
+        let ask = match ask.statistic {
+            Statistic::Entropy => Ask { statistic: Statistic::Distribution, ..ask.clone() },
+            _ => ask.clone(),
+        };
+        let known = asks.iter().position(|own| *own == ask);
+        places.push(known.unwrap_or(asks.len()));
+        if known.is_none() {
+            asks.push(ask);
+        }
+    }
+    (Exact { asks, ..exact.clone() }, places)
 }
 
 /// The head of a factor that distributes the components of a vector together.

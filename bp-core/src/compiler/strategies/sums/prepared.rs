@@ -4,7 +4,7 @@
 //! inputs and are made once; a number outside the range of a form is an error that names the form.
 
 use super::super::{Case, Found, Prepared};
-use super::{impossible, relevant};
+use super::{by_tables, impossible, relevant};
 use crate::equation::{Exact, Mark};
 use crate::error::Error;
 use crate::exec::{Guarded, Lanes};
@@ -33,22 +33,9 @@ pub(super) struct Kernels {
 
 impl Kernels {
     pub(super) fn new(model: &Model, exact: &Exact, question: &Question) -> Result<Self, Error> {
-        // Entropies need whole tables, which also show which context is impossible.
-        let mut asks: Vec<Ask> = Vec::new();
-        let mut places = Vec::with_capacity(exact.asks.len());
-        for ask in &exact.asks {
-            let ask = match ask.statistic {
-                Statistic::Entropy => Ask { statistic: Statistic::Distribution, ..ask.clone() },
-                _ => ask.clone(),
-            };
-            let known = asks.iter().position(|own| *own == ask);
-            places.push(known.unwrap_or(asks.len()));
-            if known.is_none() {
-                asks.push(ask);
-            }
-        }
+        let (tables, places) = by_tables(exact);
         let log = exact.mark(model) == Mark::Log || question.asks.iter().any(compares);
-        let exact = Exact { asks, ..exact.clone() };
+        let exact = tables;
         let lowered = lower_guarded(model, &exact, &question.name)?;
         let outputs: Vec<Output> = lowered.outputs.into_iter().filter(|it| it.ask.is_some()).collect();
         let texts = outputs.iter().flat_map(|output| &output.ask).map(|ask| model.ask_text(ask)).collect();

@@ -1,0 +1,107 @@
+//! Questions with their evidence left open.
+//!
+//! In: a question. Out: the same question with a name in place of each value, and a control for each name. Invariant: with
+//! the initial values of the controls it is the question as it is written; of a table, the row of the first values.
+
+use super::control::Control;
+use crate::error::Error;
+use crate::ids::VariableId;
+use crate::model::{Finding, Known, Model, Question, Statistic, Value};
+
+/// The question with its evidence open, and the controls that give it.
+pub fn opened(model: &Model, question: &Question) -> (Question, Vec<Control>) {
+    let mut question = question.clone();
+    let mut controls: Vec<Control> = Vec::new();
+    let mut open = |known: &mut Known| {
+        if let Some((name, control)) = control(model, known, &controls) {
+            if controls.iter().all(|known| known.name != name) {
+                controls.push(control);
+            }
+            known.evidence = Finding::Hard(Value::Given(name));
+        }
+    };
+    for ask in &mut question.asks {
+        ask.known.iter_mut().for_each(&mut open);
+        if let Statistic::Divergence { from, .. } = &mut ask.statistic {
+            from.iter_mut().for_each(&mut open);
+        }
+        // A searched value that is given when the question is asked is shown with all others.
+        for item in &mut ask.searched {
+            let finite = model.variables[item.variable].domain.is_finite();
+            if finite && matches!(item.at, Some(Value::Given(_))) {
+                item.at = None;
+            }
+        }
+    }
+    (question, controls)
+}
+
+/// An opened question with these values in place of its names.
+///
+/// # Errors
+/// A value that is missing, or is not in the domain of its variable.
+pub fn given(
+    model: &Model,
+    question: &Question,
+    value: impl Fn(&str) -> Option<f64>,
+) -> Result<Question, Error> {
+    let mut question = question.clone();
+    let give = |known: &mut Known| {
+        let Finding::Hard(Value::Given(name)) = &known.evidence else { return Ok(()) };
+        let number = value(name).ok_or_else(|| Error::input(name, "it was not given"))?;
+        let domain = &model.variables[known.variable].domain;
+        let value = match (domain.is_finite(), domain.ordinal_at(number)) {
+            (false, _) => Value::Real(number),
+            (true, Some(ordinal)) => Value::Ordinal(ordinal),
+            (true, None) => {
+                let message = format!("{number} is not a value of `{}`", model.domain_text(domain));
+                return Err(Error::input(name, message));
+            }
+        };
+        known.evidence = Finding::Hard(value);
+        Ok(())
+    };
+    for ask in &mut question.asks {
+        ask.known.iter_mut().try_for_each(give)?;
+        if let Statistic::Divergence { from, .. } = &mut ask.statistic {
+            from.iter_mut().try_for_each(give)?;
+        }
+    }
+    Ok(question)
+}
+
+/// The name and the control of an observation; `None` where it stays as it is written.
+fn control(model: &Model, known: &Known, others: &[Control]) -> Option<(String, Control)> {
+    let variable = &model.variables[known.variable];
+    if variable.family.is_some()
+        || model.is_equation(known.variable)
+        || Some(known.variable) == model.plate_index()
+    {
+        return None;
+    }
+    let own = model.variable_name(known.variable);
+    let (name, value) = match &known.evidence {
+        Finding::Hard(Value::Ordinal(ordinal)) => (own.clone(), variable.domain.number(*ordinal)),
+        Finding::Hard(Value::Real(number)) => (own.clone(), *number),
+        Finding::Hard(Value::Given(name)) => (name.clone(), first(model, known.variable, name)),
+        Finding::Each => (own.clone(), first(model, known.variable, &own)),
+        Finding::Virtual(_) | Finding::Soft(_) => return None,
+    };
+    let made = |name: &str| Control::of_evidence(name, &own, &variable.domain, value);
+    // Two values of one variable in one question have names of their own.
+    let numbered = (2..).map(|number| format!("{name} ({number})"));
+    let mut names = std::iter::once(name.clone()).chain(numbered);
+    let name = names.find(|name| match others.iter().find(|other| other.name == *name) {
+        Some(other) => other.label == own && made(name).is_some_and(|control| control.value == other.value),
+        None => true,
+    })?;
+    Some((name.clone(), made(&name)?))
+}
+
+/// The value of an open variable at first: the default of the parameter of that name, else the first value.
+fn first(model: &Model, variable: VariableId, name: &str) -> f64 {
+    let parameter = model.parameters.values().find(|parameter| parameter.name == name);
+    let domain = &model.variables[variable].domain;
+    let first = if domain.is_finite() { domain.number(0) } else { 0.0 };
+    parameter.and_then(|parameter| parameter.default_number()).unwrap_or(first)
+}

@@ -1,0 +1,197 @@
+// How answers are read from the results of functions.
+//
+// In: an answer as the compiler describes it, and the results of the functions of its question. Out: rows, as `bp ask
+// --json` has them: names of values, and a figure. The statistics are those of `bp ask`.
+
+/** Scores that differ by less than this share of the largest are tied. */
+const TIE = 1e-9;
+
+/** The sum of a list. */
+function total(numbers) {
+    return numbers.reduce((sum, number) => sum + number, 0);
+}
+
+/** The number of combinations of values of some axes. */
+function combinations(axes) {
+    return axes.reduce((count, axis) => count * axis.values.length, 1);
+}
+
+/** The place of the value of each axis at a position, the last axis fastest. */
+function placesAt(axes, position) {
+    const places = new Array(axes.length);
+    for (let at = axes.length - 1; at >= 0; at--) {
+        const count = axes[at].values.length;
+        places[at] = position % count;
+        position = Math.floor(position / count);
+    }
+    return places;
+}
+
+/** Pairs of a variable and the name of its value. */
+function named(axes, position) {
+    return placesAt(axes, position).map((place, at) => [axes[at].name, axes[at].values[place]]);
+}
+
+/**
+ * The numbers of a distribution, those of each context contiguous. A number that is no probability, and a context that is
+ * the only one and has probability 0, are errors.
+ */
+function distribution(source, results) {
+    const cells = results[source.function].answers[source.output];
+    const numbers = source.order.length > 0 ? source.order.map((place) => cells[place]) : cells;
+    let sum = 0;
+    for (let at = 0; at < numbers.length; at++) {
+        if (!(numbers[at] >= 0 && numbers[at] < Infinity)) {
+            throw new RangeError("a number of a form is outside its range");
+        }
+        sum += numbers[at];
+    }
+    if (sum === 0 && source.right.length === 0) {
+        throw new RangeError("the evidence is impossible: its probability is 0");
+    }
+    return numbers;
+}
+
+/** The quantile of a finite variable: the smallest value whose cumulative probability reaches the level. */
+function quantile(axis, alone, level) {
+    const wanted = level * total(alone);
+    let reached = 0;
+    let last = 0;
+    for (let place = 0; place < alone.length; place++) {
+        if (!(alone[place] > 0)) {
+            continue;
+        }
+        last = place;
+        if (reached + alone[place] >= wanted * (1 - 1e-12)) {
+            if (axis.edges.length === 0) {
+                return axis.numbers[place];
+            }
+            const share = Math.min(Math.max((wanted - reached) / alone[place], 0), 1);
+            return axis.edges[place] + share * (axis.edges[place + 1] - axis.edges[place]);
+        }
+        reached += alone[place];
+    }
+    return axis.edges.length === 0 ? axis.numbers[last] : axis.edges[last + 1];
+}
+
+/** The mutual information of two groups of values, those of the second contiguous. */
+function information(numbers, second) {
+    const rows = new Array(numbers.length / second).fill(0);
+    const columns = new Array(second).fill(0);
+    numbers.forEach((p, at) => {
+        rows[Math.floor(at / second)] += p;
+        columns[at % second] += p;
+    });
+    let sum = 0;
+    numbers.forEach((p, at) => {
+        if (p > 0) {
+            sum += p * (Math.log(p) - Math.log(rows[Math.floor(at / second)]) - Math.log(columns[at % second]));
+        }
+    });
+    return Math.max(sum, 0);
+}
+
+/** Places ordered by their numbers, the largest first; ties by the place. */
+function ranked(numbers, places) {
+    const sorted = [...places].sort((one, other) => numbers[other] - numbers[one]);
+    const ordered = [];
+    while (ordered.length < sorted.length) {
+        const rest = sorted.slice(ordered.length);
+        const least = numbers[rest[0]] * (1 - TIE);
+        const tied = rest.filter((place) => numbers[place] >= least);
+        ordered.push(...tied.sort((one, other) => one - other));
+    }
+    return ordered;
+}
+
+/** The rows of one context; `row` makes a row with a figure, and with the values at a place. */
+function rowsOf(shown, numbers, wanted, row) {
+    const { left } = shown.sources[0];
+    const { word, count, levels, level } = shown.statistic;
+    const probability = (place) => row({ p: numbers[place] }, place);
+    const marginal = (at) => {
+        const alone = new Array(left[at].values.length).fill(0);
+        numbers.forEach((p, place) => {
+            alone[placesAt(left, place)[at]] += p;
+        });
+        return alone;
+    };
+    const tied = () => {
+        const largest = Math.max(...wanted.map((place) => numbers[place]));
+        return wanted.filter((place) => numbers[place] > 0 && numbers[place] >= largest * (1 - TIE));
+    };
+    const entropy = () => total(wanted.map((place) => entropyTerm(numbers[place])));
+    const moments = (at) => {
+        const weighted = marginal(at).map((p, place) => [p, left[at].numbers[place]]);
+        const mean = total(weighted.map(([p, value]) => p * value));
+        return [mean, total(weighted.map(([p, value]) => p * (value - mean) ** 2))];
+    };
+    const each = (figures) => left.flatMap((axis, at) => figures(at).map((figure) => row(figure, null, axis.name)));
+    switch (word) {
+        case "":
+            return wanted.map(probability);
+        case "max":
+            return tied().slice(0, 1).map(probability);
+        case "argmax":
+            return tied().map(probability);
+        case "best":
+            return ranked(numbers, wanted.filter((place) => numbers[place] > 0)).slice(0, count).map(probability);
+        case "entropy":
+            return [row({ entropy: entropy() })];
+        case "expectation":
+            return each((at) => [{ expectation: moments(at)[0] }]);
+        case "variance":
+            return each((at) => [{ variance: moments(at)[1] }]);
+        case "quantile":
+            return each((at) => levels.map((one) => ({ level: one, quantile: quantile(left[at], marginal(at), one) })));
+        case "interval":
+            return each((at) => [{ level, interval: levels.map((one) => quantile(left[at], marginal(at), one)) }]);
+        case "information": {
+            const second = combinations(left.slice(1));
+            return [row({ information: information([...numbers], second) })];
+        }
+        default:
+            throw new Error(`internal: \`${word}\` is no statistic of one distribution`);
+    }
+}
+
+/** The divergence of the first distribution from the second, in nats. */
+function divergence(first, second) {
+    const sum = total(Array.from(first, (p, place) => (p > 0 ? p * Math.log(p / second[place]) : 0)));
+    const figure = sum < Infinity ? { divergence: Math.max(sum, 0) } : { divergence: "infinite", infinite: true };
+    return [{ values: [], figure }];
+}
+
+/** The rows of an answer. */
+function rows(shown, results) {
+    const distributions = shown.sources.map((source) => distribution(source, results));
+    if (shown.statistic.word === "divergence") {
+        return divergence(...distributions);
+    }
+    const [numbers] = distributions;
+    const { left, right } = shown.sources[0];
+    const width = combinations(left);
+    const isWanted = (place) => {
+        const places = placesAt(left, place);
+        return shown.wanted.every(([column, ordinal]) => places[column] === ordinal);
+    };
+    const wanted = Array.from({ length: width }, (_, place) => place).filter(isWanted);
+    const made = [];
+    for (let context = 0; context * width < numbers.length; context++) {
+        const own = numbers.slice(context * width, (context + 1) * width);
+        if (shown.statistic.word !== "" && !own.some((p) => p > 0)) {
+            continue;
+        }
+        const row = (figure, place = null, name = null) => {
+            const values = named(right, context);
+            if (place !== null) {
+                values.push(...named(left, place), ...shown.bound);
+            } else if (name !== null) {
+                values.push([name, ""]);
+            }
+            return { values, figure };
+        };
+        made.push(...rowsOf(shown, own, wanted, row));
+    }
+    return made;
+}

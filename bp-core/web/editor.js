@@ -1,0 +1,143 @@
+// The editor of `bp serve`: the text of a program, its mistakes, and the page of the last text without mistakes.
+//
+// In: what is typed. Out: requests to the server that sent the page, and to no other. Invariant: an answer of the server is
+// shown only if it belongs to the text that was sent last; the fragment of the address holds the text.
+
+const source = byId("source");
+const under = byId("under");
+
+/** The milliseconds after a key before the text is sent. */
+const PAUSE = 250;
+
+let sent = 0;
+let timer = 0;
+
+/** Posts an object as JSON; the answer is an object too. An error of the server is an `Error`. */
+async function post(path, body) {
+    const response = await fetch(path, {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify(body),
+    });
+    const found = await response.json();
+    if (!response.ok) {
+        throw new Error(found.error);
+    }
+    return found;
+}
+
+/** Bytes through a stream that compresses or expands them. */
+async function through(bytes, stream) {
+    const piped = new Blob([bytes]).stream().pipeThrough(stream);
+    return new Uint8Array(await new Response(piped).arrayBuffer());
+}
+
+/** A text as a fragment: compressed, in base64 for addresses. */
+async function toFragment(text) {
+    const bytes = await through(new TextEncoder().encode(text), new CompressionStream("deflate-raw"));
+    const letters = btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+    return `#p=${letters.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}`;
+}
+
+/** The text of a fragment; null if it holds none. */
+async function fromFragment(fragment) {
+    if (!fragment.startsWith("#p=")) {
+        return null;
+    }
+    try {
+        const letters = atob(fragment.slice(3).replaceAll("-", "+").replaceAll("_", "/"));
+        const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
+        return new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw")));
+    } catch {
+        return null;
+    }
+}
+
+/** Underlines mistakes in the text behind the editor, and lists them. */
+function mark(mistakes) {
+    const text = source.value;
+    const pieces = [];
+    let at = 0;
+    for (const { start, end } of [...mistakes].sort((one, other) => one.start - other.start)) {
+        if (start < at) {
+            continue;
+        }
+        const last = Math.max(end, start + 1);
+        pieces.push(text.slice(at, start), element("mark", {}, text.slice(start, last) || " "));
+        at = last;
+    }
+    under.replaceChildren(...pieces, text.slice(at), "\n");
+    under.scrollTop = source.scrollTop;
+    under.scrollLeft = source.scrollLeft;
+    byId("mistakes").replaceChildren(...mistakes.map((mistake) => {
+        const place = element("button", { type: "button" }, `Line ${mistake.line}: ${mistake.message}`);
+        place.addEventListener("click", () => {
+            source.focus();
+            source.setSelectionRange(mistake.start, Math.max(mistake.end, mistake.start + 1));
+        });
+        return element("li", {}, place);
+    }));
+}
+
+/** Sends the text, and shows what the server finds. */
+async function compile() {
+    const number = ++sent;
+    const text = source.value;
+    let found;
+    try {
+        found = await post("compile", { text });
+    } catch (error) {
+        if (number === sent) {
+            byId("state").textContent = error.message;
+        }
+        return;
+    }
+    if (number !== sent) {
+        return;
+    }
+    mark(found.mistakes);
+    const count = found.mistakes.length;
+    byId("state").textContent = count === 0 ? "No mistakes." : `${count} ${count === 1 ? "mistake" : "mistakes"}.`;
+    history.replaceState(null, "", await toFragment(text));
+    if (found.program === null) {
+        return;
+    }
+    const address = URL.createObjectURL(new Blob([found.code], { type: "text/javascript" }));
+    try {
+        const functions = await import(address);
+        if (number === sent) {
+            show(found.program, functions, (question, values) => elsewhere(text, question, values));
+        }
+    } finally {
+        URL.revokeObjectURL(address);
+    }
+}
+
+/** The answers of a question that the server computes. */
+async function elsewhere(text, question, values) {
+    try {
+        return await post("ask", { text, question, values });
+    } catch (error) {
+        return [{ text: "", error: error.message }];
+    }
+}
+
+source.addEventListener("input", () => {
+    mark([]);
+    clearTimeout(timer);
+    timer = setTimeout(compile, PAUSE);
+});
+source.addEventListener("scroll", () => {
+    under.scrollTop = source.scrollTop;
+    under.scrollLeft = source.scrollLeft;
+});
+window.addEventListener("hashchange", async () => {
+    const text = await fromFragment(location.hash);
+    if (text !== null && text !== source.value) {
+        source.value = text;
+        await compile();
+    }
+});
+
+source.value = (await fromFragment(location.hash)) ?? JSON.parse(byId("data").textContent).text;
+await compile();

@@ -1,0 +1,285 @@
+// The page of a program: controls, answers that follow them, the derivation, the figure.
+//
+// In: a program as the compiler describes it, and the functions of its questions. Out: the page. Invariant: text from a
+// program is text, never markup; the answers on the page are those of the values that the controls show.
+
+const byId = (id) => document.getElementById(id);
+
+/** An element with attributes and children; children that are strings become text. */
+function element(name, attributes = {}, ...children) {
+    const made = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) {
+        made.setAttribute(key, value);
+    }
+    made.append(...children);
+    return made;
+}
+
+/** A number with six digits, as `bp ask` prints it. */
+function digits(number) {
+    if (typeof number !== "number") {
+        return String(number);
+    }
+    return number !== 0 && (Math.abs(number) < 1e-4 || Math.abs(number) >= 1e7)
+        ? String(Number(number.toPrecision(6)).toExponential())
+        : String(Number(number.toPrecision(6)));
+}
+
+/** The program that is shown, the functions of its questions, and where other questions are asked. */
+const shownPage = { program: null, functions: {}, elsewhere: null, values: {}, question: 0, pending: 0 };
+
+/** Shows a program. `elsewhere(question, values)` answers a question that has no function; it may be null. */
+function show(program, functions, elsewhere) {
+    const before = shownPage.program?.questions[shownPage.question]?.name;
+    Object.assign(shownPage, { program, functions, elsewhere });
+    document.title = program.name;
+    byId("title").textContent = program.name;
+    byId("documentation").textContent = program.documentation;
+    byId("figure").innerHTML = program.figure;
+    byId("text").textContent = program.text;
+    const file = new Blob([program.text], { type: "text/plain" });
+    URL.revokeObjectURL(byId("download").href);
+    byId("download").href = URL.createObjectURL(file);
+    byId("download").download = `${program.file}.bp`;
+    const names = program.questions.map((question) => (question.name ? `${question.name}: ${question.text}` : question.text));
+    byId("question").replaceChildren(...names.map((name, at) => element("option", { value: String(at) }, name)));
+    byId("questions").hidden = names.length === 0;
+    const kept = program.questions.findIndex((question) => question.name === before);
+    choose(Math.max(kept, 0));
+}
+
+/** Shows a question with its controls at their first values. */
+function choose(at) {
+    shownPage.question = at;
+    const question = shownPage.program.questions[at];
+    if (question === undefined) {
+        return;
+    }
+    byId("question").value = String(at);
+    byId("steps").innerHTML = question.derivation;
+    // What is wider than the page is scrolled, also from the keyboard.
+    byId("steps").querySelectorAll(".equation").forEach((line) => line.setAttribute("tabindex", "0"));
+    shownPage.values = Object.fromEntries(question.controls.map((control) => [control.name, control.value]));
+    const isFixed = question.refused !== null && shownPage.elsewhere === null;
+    const groups = [["Evidence", false], ["Parameters", true]].map(([legend, isParameter]) => {
+        const own = question.controls.filter((control) => control.is_parameter === isParameter);
+        return own.length === 0 || isFixed ? null : element("fieldset", {}, element("legend", {}, legend), ...own.map(control));
+    });
+    byId("controls").replaceChildren(...groups.filter((group) => group !== null));
+    byId("reset").hidden = question.controls.length === 0 || isFixed;
+    byId("answers").replaceChildren();
+    byId("answers").shown = [];
+    refresh();
+}
+
+/** The element of a control. */
+function control(one, at) {
+    const id = `control-${one.is_parameter ? "p" : "e"}${at}`;
+    const set = (number) => {
+        shownPage.values[one.name] = number;
+        refresh();
+    };
+    const label = element("label", { for: id }, one.label);
+    if (one.kind === "menu") {
+        const items = one.names.map((name, place) => element("option", { value: String(place) }, name));
+        const menu = element("select", { id }, ...items);
+        menu.value = String(one.numbers.indexOf(one.value));
+        menu.addEventListener("input", () => set(one.numbers[Number(menu.value)]));
+        return element("div", { class: "control" }, label, menu);
+    }
+    if (one.kind === "slider") {
+        const slider = element("input", { id, type: "range", min: "0", max: String(one.numbers.length - 1), step: "1" });
+        const value = element("output", { for: id });
+        const tell = () => {
+            value.textContent = one.names[Number(slider.value)];
+            slider.setAttribute("aria-valuetext", value.textContent);
+        };
+        slider.value = String(one.numbers.indexOf(one.value));
+        tell();
+        slider.addEventListener("input", () => {
+            tell();
+            set(one.numbers[Number(slider.value)]);
+        });
+        return element("div", { class: "control" }, label, value, slider);
+    }
+    const range = { min: String(one.low), max: String(one.high), step: String(one.step) };
+    const slider = element("input", { id, type: "range", ...range, step: "any" });
+    const box = element("input", { type: "number", step: "any", "aria-label": `${one.label}, as a number` });
+    slider.value = String(one.value);
+    box.value = digits(one.value);
+    slider.addEventListener("input", () => {
+        const whole = Math.round((Number(slider.value) - one.low) / one.step);
+        const number = Number((one.low + whole * one.step).toPrecision(12));
+        box.value = digits(number);
+        set(number);
+    });
+    slider.addEventListener("keydown", (event) => {
+        // `any` has no step of its own for the arrow keys.
+        const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+        if (step !== undefined) {
+            event.preventDefault();
+            slider.value = String(Number(slider.value) + step * one.step);
+            slider.dispatchEvent(new Event("input"));
+        }
+    });
+    box.addEventListener("input", () => {
+        if (box.value !== "" && Number.isFinite(Number(box.value))) {
+            slider.value = box.value;
+            set(Number(box.value));
+        }
+    });
+    return element("div", { class: "control" }, label, box, slider);
+}
+
+/** Computes the answers and shows them, once for each frame. */
+function refresh() {
+    if (shownPage.pending === 0) {
+        shownPage.pending = requestAnimationFrame(() => {
+            shownPage.pending = 0;
+            performance.clearMeasures("answer");
+            const start = performance.now();
+            answer();
+            performance.measure("answer", { start });
+        });
+    }
+}
+
+function answer() {
+    const { program, functions, elsewhere, values, question: at } = shownPage;
+    const question = program.questions[at];
+    if (question.refused === null) {
+        try {
+            const results = question.functions.map((name) => functions[name](values));
+            const evidence = results[0].lnEvidence;
+            draw(question.asks.map((ask) => {
+                const whole = picture(ask, results);
+                return { text: ask.text, rows: whole ? [] : rows(ask, results), picture: whole, lnEvidence: evidence };
+            }));
+        } catch (error) {
+            draw([{ text: question.text, error: error.message }]);
+        }
+        return;
+    }
+    if (elsewhere === null) {
+        draw(question.fixed);
+        return;
+    }
+    const asked = JSON.stringify(values);
+    elsewhere(at, values).then((answers) => {
+        if (asked === JSON.stringify(shownPage.values) && shownPage.question === at) {
+            draw(answers);
+        }
+    });
+}
+
+/** A distribution of one or two variables with many values, which is drawn; null for others. */
+function picture(ask, results) {
+    const [{ left, right }] = ask.sources;
+    const isWhole = ask.statistic.word === "" && ask.wanted.length === 0 && ask.bound.length === 0 && right.length === 0;
+    return isWhole && left.length <= 2 && combinations(left) > 40 ? { left, numbers: distribution(ask.sources[0], results) } : null;
+}
+
+/** Shows answers; elements are used again, so that the page stays calm while a control moves. */
+function draw(answers) {
+    const place = byId("answers");
+    const kinds = answers.map((one) => (one.error ? "error" : one.picture ? "picture" : `rows ${one.rows.length}`) + one.text);
+    if (JSON.stringify(place.shown) !== JSON.stringify(kinds)) {
+        place.shown = kinds;
+        place.replaceChildren(...answers.map((one) => element("section", { class: "answer" }, element("h3", {}, one.text))));
+    }
+    answers.forEach((one, at) => {
+        const section = place.children[at];
+        if (one.error) {
+            const line = section.querySelector("p") ?? section.appendChild(element("p", { class: "error", role: "status" }));
+            line.textContent = one.error;
+            return;
+        }
+        if (one.picture) {
+            drawPicture(section, one);
+        } else {
+            drawRows(section, one.rows);
+        }
+        const note = one.note ?? (Number.isFinite(one.lnEvidence) ? `ln P(evidence) = ${digits(one.lnEvidence)}` : "");
+        const line = section.querySelector("p.note") ?? section.appendChild(element("p", { class: "note" }));
+        line.textContent = note;
+    });
+}
+
+/** The name and the number of a figure, and its bar. */
+function figureOf(figure) {
+    if (figure.p !== undefined) {
+        return [digits(figure.p), figure.p];
+    }
+    if (figure.interval !== undefined) {
+        return [`${digits(figure.interval[0])} to ${digits(figure.interval[1])}`, null];
+    }
+    const shown = Object.entries(figure).filter(([name]) => !["level", "infinite", "error"].includes(name));
+    const text = shown.map(([name, value]) => {
+        const number = Array.isArray(value) ? value.flat().map(digits).join(", ") : digits(value);
+        return `${name} ${typeof value === "object" && !Array.isArray(value) ? JSON.stringify(value) : number}`;
+    });
+    return [text.join(", ") + (figure.level !== undefined ? ` at ${figure.level}` : ""), null];
+}
+
+function drawRows(section, all) {
+    let table = section.querySelector("table");
+    if (table === null) {
+        const head = (all[0]?.values ?? []).map(([name]) => element("th", { scope: "col" }, name));
+        const last = element("th", { scope: "col", colspan: "2" }, all[0]?.figure.p !== undefined ? "probability" : "value");
+        const body = element("tbody", {}, ...all.map(() => element("tr")));
+        table = element("table", {}, element("thead", {}, element("tr", {}, ...head, last)), body);
+        section.append(element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Answer" }, table));
+    }
+    [...table.tBodies[0].rows].forEach((line, at) => {
+        const { values, figure } = all[at];
+        const [text, share] = figureOf(figure);
+        if (line.cells.length !== values.length + 2) {
+            const bar = element("td", { class: "bar", "aria-hidden": "true" }, element("div"));
+            line.replaceChildren(...values.map(() => element("td")), element("td", { class: "number" }), bar);
+        }
+        values.forEach(([, value], column) => {
+            line.cells[column].textContent = value;
+        });
+        line.cells[values.length].textContent = text;
+        line.cells[values.length + 1].firstChild.style.width = `${100 * (share ?? 0)}%`;
+    });
+}
+
+/** A colour between the page's background and its mark. */
+function shade(share) {
+    const stops = [[247, 251, 255], [158, 202, 225], [33, 113, 181], [8, 29, 88]];
+    const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+    const first = Math.min(Math.floor(at), stops.length - 2);
+    return [0, 1, 2].map((part) => stops[first][part] + (at - first) * (stops[first + 1][part] - stops[first][part]));
+}
+
+/** Draws the distribution of one variable as bars, of two as a map; and names the most probable values. */
+function drawPicture(section, { picture: { left, numbers }, text }) {
+    const [across, up] = [left[0].values.length, left[1]?.values.length ?? 60];
+    let canvas = section.querySelector("canvas");
+    if (canvas === null) {
+        canvas = element("canvas", { role: "img", width: String(across), height: String(up) });
+        const ends = (axis) => `${axis.name} from ${axis.values[0]} to ${axis.values[axis.values.length - 1]}`;
+        const caption = left.length === 2 ? `Across: ${ends(left[0])}; up: ${ends(left[1])}.` : `Across: ${ends(left[0])}.`;
+        section.append(element("figure", {}, canvas, element("figcaption", {}, caption)), element("p", { class: "best" }));
+    }
+    const image = new ImageData(across, up);
+    const largest = numbers.reduce((most, p) => Math.max(most, p), 0);
+    for (let x = 0; x < across; x++) {
+        for (let y = 0; y < up; y++) {
+            // The first row of an image is the uppermost.
+            const row = up - 1 - y;
+            const share = left.length === 2 ? numbers[x * up + row] / largest : Number(row < (numbers[x] / largest) * up) * 0.7;
+            image.data.set([...shade(share), 255], 4 * (y * across + x));
+        }
+    }
+    canvas.getContext("2d").putImageData(image, 0, 0);
+    const best = numbers.reduce((most, p, place) => (p > numbers[most] ? place : most), 0);
+    const values = named(left, best).map(([name, value]) => `${name} = ${value}`).join(", ");
+    section.querySelector(".best").textContent = `Most probable: ${values} (${digits(numbers[best])}).`;
+    canvas.setAttribute("aria-label", `${text}. Most probable: ${values}.`);
+}
+
+byId("question").addEventListener("input", () => choose(Number(byId("question").value)));
+byId("reset").addEventListener("click", () => choose(shownPage.question));
+byId("controls").addEventListener("submit", (event) => event.preventDefault());
