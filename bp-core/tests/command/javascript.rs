@@ -20,13 +20,27 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Reads a module and cases from stdin, and prints the outputs of each case; numbers that JSON lacks are words.
+/// Reads the texts of modules and cases from stdin; `module` imports a text.
+const IMPORTS: &str = r#"
+const fs = require("fs");
+const { text, answer, cases } = JSON.parse(fs.readFileSync(0, "utf8"));
+const module = async (text) => {
+    const folder = fs.mkdtempSync(require("path").join(require("os").tmpdir(), "bp-"));
+    fs.writeFileSync(`${folder}/module.mjs`, text);
+    try {
+        return await import(`${folder}/module.mjs`);
+    } finally {
+        fs.rmSync(folder, { recursive: true });
+    }
+};
+"#;
+
+/// Prints the outputs of each case; numbers that JSON lacks are words.
 const RUNNER: &str = r#"
-const { text, cases } = JSON.parse(require("fs").readFileSync(0, "utf8"));
 const word = (number) => (Number.isFinite(number) ? number : String(number));
-import("data:text/javascript;base64," + Buffer.from(text).toString("base64")).then((module) => {
+module(text).then((functions) => {
     const found = cases.map(({ name, inputs }) => {
-        const { answers, lnEvidence } = module[name](inputs);
+        const { answers, lnEvidence } = functions[name](inputs);
         return { answers: answers.map((array) => Array.from(array, word)), lnEvidence };
     });
     console.log(JSON.stringify(found));
@@ -72,8 +86,10 @@ fn kernels(path: &Path) -> Vec<(String, Kernel)> {
     for question in model.questions.values() {
         let Ok(plan) = plan(&model, question, Options::default()) else { continue };
         for route in &plan.routes {
-            if let Route::Exact(exact) = route {
-                let lowered = lower(&model, exact, &question.name).unwrap();
+            // A form that is still to be learned has no kernel.
+            if let Route::Exact(exact) = route
+                && let Ok(lowered) = lower(&model, exact, &question.name)
+            {
                 kernels.push((format!("{}: {}", path.display(), question.name), lowered.kernel));
             }
         }
@@ -190,7 +206,7 @@ fn every_exact_kernel_is_computed_by_node() {
 /// What a program of node prints for an input.
 fn run(program: &str, given: &Value) -> Vec<Value> {
     let mut node = Command::new("node")
-        .args(["-e", program])
+        .args(["-e", &format!("{IMPORTS}{program}")])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -245,22 +261,24 @@ fn readings(path: &Path) -> (String, Vec<Reading>) {
             found.push(Reading { moving: serde_json::to_value(moving).unwrap(), values, rows });
         }
     }
-    let answer =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("web/answer.js")).unwrap();
-    (format!("{}\n{answer}\nexport {{ rows }};\n", made.code.module()), found)
+    (made.code.module(), found)
 }
 
 /// Reads rows as a page does.
 const READER: &str = r#"
-const { text, cases } = JSON.parse(require("fs").readFileSync(0, "utf8"));
-import("data:text/javascript;base64," + Buffer.from(text).toString("base64")).then((module) => {
+Promise.all([module(text), module(`${answer}; export { rows };`)]).then(([functions, { rows }]) => {
     const found = cases.map(({ moving, values }) => {
-        const results = moving.functions.map((name) => module[name](values));
-        return moving.asks.map((ask) => module.rows(ask, results));
+        const results = moving.functions.map((name) => functions[name](values));
+        return moving.asks.map((ask) => rows(ask, results));
     });
     console.log(JSON.stringify(found));
 });
 "#;
+
+/// The text of a file of the page.
+fn web(name: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("web").join(name)).unwrap()
+}
 
 /// The first place where two values differ by more than 1e-12.
 fn difference(found: &Value, expected: &Value) -> Option<String> {
@@ -286,13 +304,14 @@ fn pages_show_the_rows_of_ask() {
     let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "bp"));
     paths.sort();
+    let answer = web("functions.js") + &web("answer.js");
     let mut count = 0;
     for path in paths {
         let (text, readings) = readings(&path);
         let cases: Vec<Value> = (readings.iter())
             .map(|reading| json!({ "moving": reading.moving, "values": reading.values }))
             .collect();
-        let found = run(READER, &json!({ "text": text, "cases": cases }));
+        let found = run(READER, &json!({ "text": text, "answer": answer, "cases": cases }));
         for (reading, found) in readings.iter().zip(&found) {
             let place = format!("{}: {} {:?}", path.display(), reading.moving["text"], reading.values);
             if let Some(difference) = difference(found, &json!(reading.rows)) {
@@ -332,13 +351,11 @@ fn special_functions_have_the_stated_accuracy() {
         ("lnBessel", 10_000.0, 9_994.475_903_781_432, 5e-16),
     ];
     let reader = r#"
-        const { text, cases } = JSON.parse(require("fs").readFileSync(0, "utf8"));
         const names = "{ normalCumulative, lnGamma, lnBessel }";
         const functions = new Function(`${text}; return ${names};`)();
         console.log(JSON.stringify(cases.map(([name, x]) => functions[name](x))));
     "#;
-    let text =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("web/functions.js")).unwrap();
+    let text = web("functions.js");
     let asked: Vec<Value> = cases.iter().map(|(name, x, ..)| json!([name, x])).collect();
     let found = run(reader, &json!({ "text": text, "cases": asked }));
     for ((name, x, exact, bound), found) in cases.iter().zip(&found) {

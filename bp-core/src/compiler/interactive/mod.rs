@@ -14,7 +14,8 @@ pub use shown::{Axis, NamedStatistic, Shown, Source};
 
 use crate::emit::javascript::{Javascript, emit_javascript};
 use crate::error::Error;
-use crate::kernel::{InputKey, Kernel, Role};
+use crate::ids::AxisId;
+use crate::kernel::{InputKey, Kernel, Reduce, Role};
 use crate::lower::{Lowered, lower};
 use crate::model::{Model, ParameterKind, Question};
 use crate::plan::{Options, Plan, Route, Strategy, plan_for_answer};
@@ -23,6 +24,12 @@ use serde::Serialize;
 
 /// The largest number of factors for which loops are written where a join tree would be chosen.
 const MOST_LOOPS: usize = 2000;
+
+/// The largest number of products that a page computes when a control moves: about a second.
+const MOST_PRODUCTS: f64 = 1e8;
+
+/// The largest number of constants in the code of a question.
+const MOST_CONSTANTS: usize = 16_384;
 
 /// The questions of a program, and their code.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -108,6 +115,7 @@ fn compiled(
         let mut lowered = lower(model, &tables, &name)?;
         lowered.kernel = lowered.kernel.with_default_sizes()?;
         emit_javascript(std::slice::from_ref(&lowered.kernel))?;
+        fits(&lowered.kernel)?;
         parts.push((lowered, places));
     }
     for (lowered, _) in &parts {
@@ -118,6 +126,27 @@ fn compiled(
         asks.map(|(ask, places)| shown::shown(model, ask, places, &parts)).collect::<Result<_, _>>()?;
     // A control that no kernel reads moves nothing, but the question has it: it stays.
     Ok((parts.into_iter().map(|(lowered, _)| lowered.kernel).collect(), controls, asks))
+}
+
+/// Whether a page can hold and run a kernel whose sizes are known.
+fn fits(kernel: &Kernel) -> Result<(), Error> {
+    let constants = |role: &Role| if let Role::Table { numbers, .. } = role { numbers.len() } else { 0 };
+    let constants: usize = kernel.buffers.values().map(|buffer| constants(&buffer.role)).sum();
+    let refused = |reason: String| Err(Error::Unplanned { question: kernel.name.clone(), reason });
+    if constants > MOST_CONSTANTS {
+        return refused(format!("its tables have {constants} numbers; a page holds {MOST_CONSTANTS}"));
+    }
+    let extent = |axis: &AxisId| kernel.axes[*axis].extent.known().unwrap_or(1) as f64;
+    let products = kernel.nests.iter().map(|nest| {
+        let folded = if let Reduce::Fold(_, axes) = &nest.reduce { axes.as_slice() } else { &[] };
+        kernel.buffers[nest.out].axes.iter().chain(folded).map(extent).product::<f64>()
+    });
+    match products.sum::<f64>() {
+        products if products > MOST_PRODUCTS => {
+            refused(format!("it computes {products:.0} products; a page computes {MOST_PRODUCTS:.0}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The plan by sums of products, where loops can be written.

@@ -24,7 +24,6 @@ use std::path::Path;
 
 const PAGE: &str = include_str!("../../../../web/page.html");
 const STYLE: &str = include_str!("../../../../web/page.css");
-#[cfg(feature = "serve")]
 const FUNCTIONS: &str = include_str!("../../../../web/functions.js");
 const ANSWER: &str = include_str!("../../../../web/answer.js");
 const SCRIPT: &str = include_str!("../../../../web/page.js");
@@ -92,9 +91,11 @@ pub(crate) fn exported(file: &Path, typed: Option<&str>) -> Result<String, Failu
     network.model = link(&network.model)?.into_owned();
     let questions = questions_of(&mut network, typed)?;
     let Content { program, interactive } = content(&network.model, &source, &questions, true)?;
-    let names = interactive.code.names.join(", ");
-    let start = format!("show(JSON.parse(byId(\"data\").textContent), {{ {names} }}, null);");
-    let script = [interactive.code.text.as_str(), ANSWER, SCRIPT, &start].join("\n");
+    // The functions are in a scope of their own, since a question may have the name of a function of the page.
+    let (code, names) = (&interactive.code.text, interactive.code.names.join(", "));
+    let functions = format!("(() => {{\n{code}\nreturn {{ {names} }};\n}})()");
+    let start = format!("show(JSON.parse(byId(\"data\").textContent), {functions}, null);");
+    let script = [FUNCTIONS, ANSWER, SCRIPT, &start].join("\n");
     Ok(assembled(&network.model.name, ("", ""), &program, &script))
 }
 

@@ -194,7 +194,7 @@ fn array(kernel: &Kernel, id: BufferId, buffer: &Buffer, text: &mut Text) {
         Role::Table { key, numbers } => {
             let own: Vec<String> = numbers.iter().map(|one| number(*one)).collect();
             let name = if key.is_some() { "t" } else { "b" };
-            text.line(format!("const {name}{place} = Float64Array.of({}); // {note}", own.join(", ")));
+            text.line(format!("const {name}{place} = new Float64Array([{}]); // {note}", own.join(", ")));
             if key.is_some() {
                 text.line(format!("const b{place} = new Float64Array({count});"));
             }
