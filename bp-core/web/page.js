@@ -199,7 +199,9 @@ function draw(answers) {
         } else {
             drawRows(section, one.rows);
         }
-        const note = one.note ?? (Number.isFinite(one.lnEvidence) ? `ln P(evidence) = ${digits(one.lnEvidence)}` : "");
+        // Without evidence it is 0, up to rounding.
+        const isEvidence = Number.isFinite(one.lnEvidence) && Math.abs(one.lnEvidence) > 1e-12;
+        const note = one.note ?? (isEvidence ? `ln P(evidence) = ${digits(one.lnEvidence)}` : "");
         const line = section.querySelector("p.note") ?? section.appendChild(element("p", { class: "note" }));
         line.textContent = note;
     });

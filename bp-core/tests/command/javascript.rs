@@ -81,7 +81,9 @@ fn inputs(kernel: &Kernel, round: usize) -> BTreeMap<String, Vec<f64>> {
 /// The kernels of the exact answers of a program, with the questions' names.
 fn kernels(path: &Path) -> Vec<(String, Kernel)> {
     let source = Source::new(path.display().to_string(), std::fs::read_to_string(path).unwrap());
-    let model = link(&compile(&source).unwrap()).unwrap().into_owned();
+    // Some of the programs are wrong alone: they are parts of tests.
+    let Ok(model) = compile(&source) else { return Vec::new() };
+    let Ok(model) = link(&model) else { return Vec::new() };
     let mut kernels = Vec::new();
     for question in model.questions.values() {
         let Ok(plan) = plan(&model, question, Options::default()) else { continue };
