@@ -52,6 +52,12 @@ pub fn exact(number: f64) -> String {
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }
 
+/// Numbers as a list: `[2, 1]`.
+pub fn list(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().copied().map(exact).collect();
+    format!("[{}]", numbers.join(", "))
+}
+
 /// The name of a spelling.
 pub fn unquoted(spelling: &str) -> Cow<'_, str> {
     let Some(inside) = spelling.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) else {

@@ -3,6 +3,7 @@
 //! In: a program, and a table with a column for each observed variable. Out: a [`Batch`]: a row of numbers for each case.
 //! Invariant: rows have the order of the cases; a case without an answer has its reason; one plan answers all cases.
 
+use super::expanded::is_expanded;
 use super::source::TableSource;
 use super::{Evidence, Program};
 use crate::answer::{Answer, Figure, marginals_strategy, of_each_variable};
@@ -96,9 +97,10 @@ pub struct Batch {
 /// The posteriors of each case; `done` is called after each, from any thread.
 pub(super) fn batch(program: &Program, cases: &Cases, done: &(dyn Fn() + Sync)) -> Result<Batch, Error> {
     let records = &*cases.source.read()?;
-    match marginals_strategy(program.model(), program.options)? {
-        Strategy::JoinTree => by_tree(program, records, &cases.only, done),
-        _ => each(program, records, &cases.only, done),
+    let is_tree = || Ok(marginals_strategy(program.model(), program.options)? == Strategy::JoinTree);
+    match !is_expanded(program.model()) && is_tree()? {
+        true => by_tree(program, records, &cases.only, done),
+        false => each(program, records, &cases.only, done),
     }
 }
 

@@ -3,6 +3,7 @@
 //! In: a program, names and evidence. Out: a [`Posterior`], or [`Observation`]s. Invariant: each question is a group of asks
 //! with the same known variables, which the planner gives to one strategy.
 
+use super::expanded::expanded;
 use super::marginals::{Names, given};
 use super::value::{of_text, ordinal};
 use super::{Evidence, Posterior, Program};
@@ -37,6 +38,9 @@ pub(super) struct Several<'p> {
 
 /// The joint posterior of some variables, or of elements of families.
 pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
+    if let Some((program, of, evidence)) = expanded(program, of, evidence)? {
+        return joint(&program, &of, &evidence);
+    }
     let inputs = program.settings.inputs();
     let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;
@@ -52,6 +56,9 @@ pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Re
 
 /// The most probable assignment of all variables: one row, with ln of its joint probability with the evidence.
 pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Posterior, Error> {
+    if let Some((program, _, evidence)) = expanded(program, &[], evidence)? {
+        return most_probable(&program, &evidence);
+    }
     let inputs = program.settings.inputs();
     let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;
@@ -93,6 +100,10 @@ pub(super) fn observations(
     (about, among): (&[String], &[String]),
     evidence: &Evidence,
 ) -> Result<(f64, Vec<Observation>), Error> {
+    let named: Vec<String> = about.iter().chain(among).cloned().collect();
+    if let Some((expanded, _, evidence)) = expanded(program, &named, evidence)? {
+        return observations(&expanded, (about, among), &evidence);
+    }
     let inputs = program.settings.inputs();
     let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;

@@ -3,6 +3,7 @@
 //! In: a program and evidence. Out: a [`Posterior`] with a part for each variable. Invariant: an observed variable has
 //! probability 1 at its value; potentials of a Markov network are not shown.
 
+use super::expanded::expanded;
 use super::value::{ordinal, read};
 use super::{Evidence, Posterior, Program, Value};
 use crate::answer::{self, Knowledge, Slot};
@@ -10,7 +11,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::guess::nearest;
 use crate::ids::VariableId;
-use crate::model::{self, Known};
+use crate::model::{self, Domain, Known};
 
 /// The posterior of some variables, or of elements of families; of all variables if `only` is empty.
 pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
@@ -18,6 +19,9 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
     if !program.opened.rows.is_empty() {
         let message = "marginals do not read rows: ask a question, such as `P(X)`, or for `missing` cells";
         return Err(Error::input(model.name.as_str(), message));
+    }
+    if let Some((program, only, evidence)) = expanded(program, only, evidence)? {
+        return marginals(&program, &only, &evidence);
     }
     let inputs = program.settings.inputs();
     let setting = Setting::new(model, &inputs)?;
@@ -117,8 +121,24 @@ impl Names<'_> {
                 });
                 continue;
             }
+            let is_vector = matches!(model.variables[variable].domain, Domain::Vector(_));
+            if let (true, None, Value::List(numbers)) = (is_vector, element, value)
+                && numbers.len() == slots.len()
+            {
+                let one = |value: &Value| match self.value(variable, name, value)? {
+                    model::Value::Real(number) => Ok(number),
+                    _ => Err(Error::input(name, format!("`{value}` is not a number"))),
+                };
+                let numbers = numbers.iter().map(one).collect::<Result<Vec<f64>, Error>>()?;
+                let evidence = model::Finding::Hard(model::Value::Vector(numbers));
+                all.known.push(Known { variable, evidence });
+                continue;
+            }
             if !model.variables[variable].domain.is_finite() {
-                let message = "marginals given elements of a family of reals are not computed: ask `P(X | Z[2] = 3)` instead";
+                let message = match is_vector && element.is_none() {
+                    true => format!("a vector of {} numbers is expected", slots.len()),
+                    false => "one component is not known here: ask `P(X | Z[2] = 3)` instead".to_owned(),
+                };
                 return Err(Error::input(name, message));
             }
             let values = value.flat();

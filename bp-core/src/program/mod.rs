@@ -6,6 +6,7 @@
 
 mod batch;
 mod evidence;
+mod expanded;
 mod filter;
 mod groups;
 mod learned;

@@ -227,3 +227,62 @@ fn an_error_shows_the_line_and_the_way_out() {
     assert!(error.to_string().contains("did you mean `Rain`?"), "{error}");
     fails(Program::open("no/such.bp"), &["`no/such.bp`"]);
 }
+
+/// Reals with a common mean, and a threshold of each.
+const SCHOOLS: &str = "program Schools {
+    variables { Mu : real; Y[1..=3] : real; K[1..=3] : bool; }
+    decomposition { P(Mu) prod(i) { P(Y[i] | Mu) } prod(i) { P(K[i] | Y[i]) } }
+    forms {
+        P(Mu) = normal(0, 1);
+        P(Y[i] | Mu) = normal(Mu, 1);
+        P(K[i] | Y[i]) = bernoulli(probit(Y[i]));
+    }
+}";
+
+#[test]
+fn elements_of_families_of_reals_are_known_in_every_group_of_questions() {
+    let schools = Program::parse(
+        "program Schools {
+            variables { Mu : real; Y[1..=3] : real; }
+            decomposition { P(Mu) prod(i) { P(Y[i] | Mu) } }
+            forms { P(Mu) = normal(0, 1); P(Y[i] | Mu) = normal(Mu, 1); }
+        }",
+    )
+    .unwrap();
+    // Given Y[1] = 2: Mu is N(1, 1/2), another Y is N(1, 3/2), with covariance 1/2.
+    let known = evidence! { "Y[1]": 2.0 };
+    let all = schools.marginals(&known).unwrap();
+    for (name, mean, variance) in [("Mu", 1.0, 0.5), ("Y[2]", 1.0, 1.5), ("Y[3]", 1.0, 1.5)] {
+        near(all.of(name).unwrap().mean().unwrap(), mean);
+        near(all.of(name).unwrap().variance().unwrap(), variance);
+    }
+    // ln N(2; 0, variance 2).
+    let ln = -1.0 - 0.5 * (4.0 * std::f64::consts::PI).ln();
+    near(all.ln_evidence().unwrap(), ln);
+    let both = schools.joint(&["Mu".into(), "Y[2]".into()], &known).unwrap();
+    near(both.of("Y[2]").unwrap().variance().unwrap(), 1.5);
+    // The density of the most probable values: Mu, Y[2] and Y[3] are 1, as (2π)^(−3/2) times the root of the precision.
+    let mode = schools.most_probable(&known).unwrap();
+    near(mode.mode().unwrap()["Mu"].as_f64().unwrap(), 1.0);
+    let whole = schools.marginals(&evidence! { Y: [2.0, 1.0, 0.0] }).unwrap();
+    near(whole.of("Mu").unwrap().mean().unwrap(), 0.75);
+    let only = schools.marginals_of(&["Y[3]".into()], &known).unwrap();
+    near(only.mean().unwrap(), 1.0);
+    fails(schools.marginals(&evidence! { Y: [2.0, 1.0] }), &["2 values were given, but 3 are expected"]);
+    let batch = schools.batch(Cases::new().column("Y[1]", ["2", ""]).only(["Mu"])).unwrap();
+    assert_eq!(batch.columns, ["ln_p_evidence", "Mu.mean", "Mu.deviation"]);
+    near(batch.rows[0].as_ref().unwrap()[1], 1.0);
+    near(batch.rows[1].as_ref().unwrap()[1], 0.0);
+}
+
+#[test]
+fn a_finite_element_is_known_beside_hidden_reals() {
+    let schools = Program::parse(SCHOOLS).unwrap();
+    let found = schools.marginals(&evidence! { "K[1]": true }).unwrap();
+    // Y[1] is N(0, 2), and Φ(Y[1]) weighs it: E[Y[1]] = 2/√3 · φ(0)/½, half of it in Mu.
+    let expected = 2.0 / 3f64.sqrt() * 2.0 / std::f64::consts::TAU.sqrt() / 2.0;
+    let mu = found.of("Mu").unwrap();
+    assert!((mu.mean().unwrap() - expected).abs() < 0.02, "{}", mu.mean().unwrap());
+    // By symmetry.
+    assert!((found.ln_evidence().unwrap() - 0.5f64.ln()).abs() < 0.02);
+}

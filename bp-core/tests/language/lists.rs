@@ -42,3 +42,27 @@ fn lists_give_elements_their_values() {
     let error = three.ask("P(Mu | Y = [1, 2])").unwrap_err().to_string();
     assert!(error.contains("`Y` has 3 elements, but 2 values are given"), "{error}");
 }
+
+/// The votes 2 and 1 beside one imagined vote each: 3 of 5.
+#[test]
+fn a_list_is_the_value_of_a_vector_that_has_a_law_as_a_whole() {
+    let ballots = Program::parse(
+        "program Ballots {
+            variables { Share, Votes : real[2]; Next : { Red, Green }; }
+            decomposition { P(Share) P(Votes | Share) P(Next | Share) }
+            forms {
+                P(Share) = dirichlet(1, 1);
+                P(Votes | Share) = multinomial(3, Share);
+                P(Next | Share) = categorical(Share);
+            }
+        }",
+    )
+    .unwrap();
+    let next = ballots.ask("P(Next | Votes = [2, 1])").unwrap();
+    close(next.p("Red").unwrap(), 0.6, "Red");
+    // Each of the four results of three votes has the same probability under a uniform share.
+    close(next.ln_evidence().unwrap(), 0.25f64.ln(), "ln P");
+    assert_eq!(next.question(), "P(Next | Votes = [2, 1])");
+    let error = ballots.ask("P(Next | Votes = [2, 1, 0])").unwrap_err().to_string();
+    assert!(error.contains("`Votes` has 2 components, but 3 values are given"), "{error}");
+}

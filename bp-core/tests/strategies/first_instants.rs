@@ -84,3 +84,20 @@ fn a_first_instant_may_depend_on_the_parents_of_its_factor() {
     // 0.9 + 0.1 / 2 = 0.95 against 0.2 + 0.8 / 2 = 0.6.
     near(&figures(&found), &[0.6 / 1.55, 0.95 / 1.55], 1e-14);
 }
+
+/// X reads what Y was, but not at the first instant, where it has a form of its own: Y^-1 needs no factor.
+#[test]
+fn what_is_read_at_later_instants_only_needs_no_factor_before_the_first() {
+    let model = model_of(
+        "program Both { variables { X, X^-1, Y, Y^-1, Z : bool; }
+            decomposition { P(initial(X)) P(X | X^-1 Y^-1) P(initial(Y)) P(Y | Y^-1) P(Z | X) }
+            forms { P(initial(X)) = bernoulli(0.5); P(X | X^-1 Y^-1) = bernoulli(if X^-1 and Y^-1 { 0.9 } else { 0.2 });
+                    P(initial(Y)) = bernoulli(0.3); P(Y | Y^-1) = bernoulli(if Y^-1 { 0.8 } else { 0.1 });
+                    P(Z | X) = bernoulli(if X { 0.9 } else { 0.3 }); } }",
+    );
+    let found = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0]]).unwrap();
+    near(&figures(&found), &[0.25, 0.75], 1e-14);
+    // P(X₂) = 0.9 · 0.75 · 0.3 + 0.2 (1 − 0.75 · 0.3)
+    let found = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![f64::NAN]]).unwrap();
+    near(&figures(&found)[found.answer.len() - 2..], &[1.0 - 0.3575, 0.3575], 1e-14);
+}

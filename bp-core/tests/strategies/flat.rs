@@ -116,3 +116,25 @@ fn a_flat_variable_of_a_program_that_is_not_gaussian_is_sampled() {
     let [mean, error] = found.mean_and_error().unwrap();
     assert!((mean - 0.956_486_554_856_907).abs() < 4.0 * error, "{mean} ± {error}");
 }
+
+/// A flat variable that is observed keeps its value: Y[2] is N(50, 1) + the noise of its own scale, S is 1.
+#[test]
+fn an_observed_flat_variable_keeps_its_value_in_chains() {
+    let program = Program::parse(
+        "program Level {
+            variables { A, S : real; Y[1..=3] : real; }
+            decomposition { P(A) P(S) prod(i) { P(Y[i] | A S) } }
+            forms { P(A) = flat; P(S) = half_normal(2); P(Y[i] | A S) = normal(A, S); }
+        }",
+    )
+    .unwrap()
+    .by("gibbs")
+    .unwrap()
+    .draws(4000);
+    let found = program.ask("P(Y[1] | A = 50, S = 1)").unwrap();
+    let mean = found.mean().unwrap();
+    assert!((mean - 50.0).abs() < 0.1, "{mean}");
+    // The density of S given |Y - A| = 1 is that of half_normal(2) times exp(-1/(2 S²)) / S, whose mean is 1.6447 by quadrature.
+    let scale = program.ask("P(S | A = 1, Y[1] = 2)").unwrap().mean().unwrap();
+    assert!((scale - 1.6447).abs() < 0.1, "{scale}");
+}

@@ -346,3 +346,31 @@ fn soft_evidence_beside_reals_is_mixed_from_the_exact_answer() {
     let options = bp_core::compiler::plan::Options { all_offers: true, ..Default::default() };
     fails(bp_core::compiler::plan::plan(curved.model(), &parsed.unwrap(), options), &[reason]);
 }
+
+/// A component that is known where draws answer: given R = 1 and U the vector is N([1, U], [[1, ½], [½, 1]]); the odds of U by
+/// W[1] = 0.3 are N(0.3; 1, 1) / N(0.3; 0, 1) = exp(0.3 − ½), and W[0] has the mean 1 + (0.3 − U) / 2.
+#[test]
+fn a_component_is_known_where_draws_answer() {
+    let program = Program::parse(
+        "program Parts {
+            variables { R : real; U : bool; W : real[2]; }
+            decomposition { P(R) P(U) P(W | R U) }
+            forms {
+                P(R) = gamma(2, 1);
+                P(U) = bernoulli(0.5);
+                P(W | R U) = normal([R, if U { 1 } else { 0 }], [[1, 0.5], [0.5, 1]]);
+            }
+        }",
+    )
+    .unwrap();
+    let p = 1.0 / (1.0 + 0.2f64.exp());
+    for by in ["weighting", "gibbs"] {
+        let program = program.clone().by(by).unwrap();
+        let found =
+            program.ask("P(W[0] | W[1] = 0.3, R = 1)").unwrap_or_else(|error| panic!("{by}: {error}"));
+        let mean = found.mean().unwrap();
+        assert!((mean - (1.15 - 0.5 * p)).abs() < 0.03, "{by}: {mean}");
+        let found = program.ask("P(U | W[1] = 0.3, R = 1)").unwrap();
+        assert!((found.p(true).unwrap() - p).abs() < 0.02, "{by}: {found}");
+    }
+}

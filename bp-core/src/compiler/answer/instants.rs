@@ -122,8 +122,9 @@ fn columns<'m, 't>(
     let known: Vec<&Known> =
         question.asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())).collect();
     // A value that the question gives holds at every instant.
-    let is_fixed =
-        |known: &&Known| matches!(known.evidence, Finding::Hard(Value::Ordinal(_) | Value::Real(_)));
+    let is_fixed = |known: &&Known| {
+        matches!(known.evidence, Finding::Hard(Value::Ordinal(_) | Value::Real(_) | Value::Vector(_)))
+    };
     let fixed: Vec<VariableId> =
         known.iter().filter(|known| is_fixed(known)).map(|known| known.variable).collect();
     let known: Vec<VariableId> = known.iter().map(|known| known.variable).collect();

@@ -32,6 +32,13 @@ impl Evaluation<'_> {
         let mut words: Vec<String> = (factor.products.iter().zip(&self.instance.indices))
             .map(|((name, _), index)| format!("{name} = {index}"))
             .collect();
+        if let Some(index) = setting.model.plate_index() {
+            let slot = setting.slots_of(index).start;
+            let element = self.scope.at(slot);
+            if !element.is_nan() && setting.reads(self.instance).contains(&slot) {
+                words.push(format!("{} = {element}", setting.slot_name(slot)));
+            }
+        }
         for use_ in &factor.right {
             let slots = setting.slots_of(use_.variable);
             let whole = use_.element.is_none() && slots.len() > 1;

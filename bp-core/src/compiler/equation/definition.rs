@@ -10,6 +10,7 @@ use super::tokens::substituted;
 use super::{Binding, Exact, Notation, Term, reachable};
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Domain, Factor, Form, Model, Value};
+use crate::spelling::list;
 use std::collections::{BTreeMap, HashMap};
 
 /// Forms that are listed; of more, the others are counted.
@@ -140,6 +141,7 @@ impl Printer<'_> {
             Binding::Value(Value::Ordinal(ordinal)) => model.variables[id].domain.value_spelled(*ordinal),
             Binding::Value(Value::Real(number)) if *number < 0.0 => format!("({number})"),
             Binding::Value(Value::Real(number)) => number.to_string(),
+            Binding::Value(Value::Vector(numbers)) => list(numbers),
             Binding::Value(Value::Given(name)) if *name == model.variable_name(id) => name.to_lowercase(),
             Binding::Value(Value::Given(name)) => name.clone(),
             Binding::Expression(expression) => format!("({})", model.expression_text(*expression, &[])),

@@ -7,7 +7,7 @@ use super::{Binding, Elimination, Exact, Options, Step, Term, eliminate, elision
 use crate::error::Error;
 use crate::ids::{Arena, TermId, VariableId};
 use crate::model::{Ask, Domain, Finding, Form, Model, Value};
-use crate::spelling::exact;
+use crate::spelling::{exact, list};
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// The rule of the definition of a question.
@@ -114,6 +114,7 @@ impl<'m> Draft<'m> {
                             format!("`{name}` is {}", self.model.value_name(known.variable, *ordinal))
                         }
                         Value::Real(number) => format!("`{name}` is {}", exact(*number)),
+                        Value::Vector(numbers) => format!("`{name}` is {}", list(numbers)),
                         Value::Given(given) => format!("`{name}` is given when asked, as `{given}`"),
                     });
                     value

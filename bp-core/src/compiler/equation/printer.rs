@@ -6,7 +6,7 @@
 use super::{Binding, Exact, FirstScan, Notation, Term, elision, scope};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Expression, Finding, IndexSpace, Model, Value, VariableUse};
-use crate::spelling::exact;
+use crate::spelling::{exact, list};
 use std::collections::BTreeMap;
 
 /// Limit of the depth of printed sums.
@@ -221,6 +221,7 @@ impl Printer<'_> {
                 self.notation.label(&self.model.value_name(id, *ordinal))
             }
             Some(Binding::Value(Value::Real(number))) => self.notation.label(&exact(*number)),
+            Some(Binding::Value(Value::Vector(numbers))) => self.notation.label(&list(numbers)),
             Some(Binding::Value(Value::Given(given))) if *given == self.model.variable_name(id) => {
                 self.notation.label(&given.to_lowercase())
             }

@@ -69,12 +69,14 @@ pub(super) fn tails(x: f64, [a, b]: [f64; 2]) -> (f64, f64) {
     crate::special::beta(a, b, x, 1.0 - x)
 }
 
+/// a / (a + b), where a + b may overflow.
 pub(super) fn mean([a, b]: [f64; 2]) -> f64 {
-    a / (a + b)
+    if a > b { 1.0 / (1.0 + b / a) } else { a / b / (1.0 + a / b) }
 }
 
+/// a/n · b/n / (n + 1), n = a + b: no product overflows.
 pub(super) fn variance([a, b]: [f64; 2]) -> f64 {
-    a * b / ((a + b) * (a + b) * (a + b + 1.0))
+    0.5 * mean([a, b]) * mean([b, a]) / (0.5 * a + 0.5 * b + 0.5)
 }
 
 /// ψ(a) − ψ(a + b) = E[ln x] and ψ(b) − ψ(a + b) = E[ln(1 − x)], by Newton's method from the a and b that have the
@@ -135,8 +137,8 @@ pub(super) fn draw(by: &mut impl Rng, [a, b]: [f64; 2]) -> f64 {
 /// ln B(a, b) − (a − 1) ψ(a) − (b − 1) ψ(b) + (n − 2) ψ(n), n = a + b, with ln Γ and ψ as their leading terms and rests:
 /// ½ ln (2π ab/n³) + δ(a) + δ(b) − δ(n) + (a − 1) ρ(a) + (b − 1) ρ(b) − (n − 2) ρ(n), ρ(x) = ln x − ψ(x).
 pub(super) fn entropy([a, b]: [f64; 2]) -> f64 {
-    let n = a + b;
-    let logarithms = std::f64::consts::TAU.ln() + (a / n).ln() + (b / n).ln() - n.ln();
+    let n = (a + b).min(f64::MAX);
+    let logarithms = std::f64::consts::TAU.ln() + mean([a, b]).ln() + mean([b, a]).ln() - n.ln();
     let rests = stirling_rest(a) + stirling_rest(b) - stirling_rest(n);
     0.5 * logarithms + rests + (a - 1.0) * ln_less_digamma(a).0 + (b - 1.0) * ln_less_digamma(b).0
         - (n - 2.0) * ln_less_digamma(n).0
@@ -145,7 +147,7 @@ pub(super) fn entropy([a, b]: [f64; 2]) -> f64 {
 /// (a − 1) / (a + b − 2); at an end if a or b is at most 1. None where both ends, or all values, have the largest density.
 pub(super) fn mode([a, b]: [f64; 2]) -> Option<f64> {
     match (a > 1.0, b > 1.0) {
-        (true, true) => Some((a - 1.0) / (a + b - 2.0)),
+        (true, true) => Some(mean([a - 1.0, b - 1.0])),
         (false, false) if a < 1.0 && b < 1.0 || a == b => None,
         _ => Some(f64::from(u8::from(a > b))),
     }

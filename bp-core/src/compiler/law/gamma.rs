@@ -63,7 +63,7 @@ pub(super) fn mean([k, rate]: [f64; 2]) -> f64 {
 }
 
 pub(super) fn variance([k, rate]: [f64; 2]) -> f64 {
-    k / (rate * rate)
+    k / rate / rate
 }
 
 /// ln k − ψ(k) = ln E[x] − E[ln x] by Newton's method, then r = k / E[x]; start of Minka, *Estimating a Gamma

@@ -17,6 +17,8 @@ fn cases() -> Vec<(Law, Vec<f64>)> {
         (Law::Beta, vec![2.0, 5.0]),
         (Law::Beta, vec![1.0, 1.0]),
         (Law::VonMises, vec![0.4, 3.0]),
+        (Law::VonMises, vec![0.4, 0.01]),
+        (Law::VonMises, vec![0.0, 1e12]),
         (Law::Weibull, vec![1.8, 2.0]),
         (Law::Binomial, vec![12.0, 0.3]),
         (Law::Binomial, vec![3.0, 1.0]),
@@ -218,6 +220,20 @@ fn draws_follow_the_cumulative() {
             }
         }
         assert!(distance < 1.95 / (draws.len() as f64).sqrt(), "{law:?} {parameters:?}: {distance}");
+    }
+}
+
+/// √κ (x − m) is standard normal where κ is large: its square has mean 1 and variance 2.
+#[test]
+fn draws_of_a_very_concentrated_angle() {
+    for concentration in [1e16, 1e200, f64::MAX] {
+        let mut generator = Xoshiro256PlusPlus::seed_from_u64(3);
+        let squares = (0..4000).map(|_| {
+            let angle = Law::VonMises.draw(&mut generator, &[0.0, concentration]);
+            (angle * concentration.sqrt()).powi(2)
+        });
+        let mean = squares.sum::<f64>() / 4000.0;
+        assert!((mean - 1.0).abs() < 4.0 * (2.0 / 4000.0f64).sqrt(), "{concentration:e}: {mean}");
     }
 }
 

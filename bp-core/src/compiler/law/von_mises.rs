@@ -122,17 +122,18 @@ pub(super) fn draw(by: &mut impl Rng, [m, k]: [f64; 2]) -> f64 {
     if k < 1e-6 {
         return m + PI * (2.0 * by.random::<f64>() - 1.0);
     }
-    let tau = 1.0 + (1.0 + 4.0 * k * k).sqrt();
-    let rho = (tau - (2.0 * tau).sqrt()) / (2.0 * k);
-    // For a large κ, ρ tends to 1 − 1/√κ, and so r to 1 + 1/(2κ).
-    let r = if rho > 0.0 { (1.0 + rho * rho) / (2.0 * rho) } else { 1.0 + 0.5 / k };
+    // r − 1 and what is computed from it, so that nothing cancels where κ is large: with ρ of Best and Fisher,
+    // r − 1 = (1 − ρ)² / 2ρ, κ (r − f) = κ (r² − 1) / (r + z), and 1 − f = (r − 1) (1 − z) / (r + z).
+    let root = 1f64.hypot(2.0 * k);
+    let less = ((2.0 * (1.0 + root)).sqrt() - 1.0 - 1.0 / (root + 2.0 * k)) / (2.0 * k);
+    let rest = 0.5 * less * less / (1.0 - less);
     loop {
-        let z = (PI * by.random::<f64>()).cos();
-        let f = (1.0 + r * z) / (r + z);
-        let c = k * (r - f);
+        let (sine, cosine) = (0.5 * PI * by.random::<f64>()).sin_cos();
+        let sum = 2.0 * cosine * cosine + rest;
+        let c = k * rest * (2.0 + rest) / sum;
         let u: f64 = 1.0 - by.random::<f64>();
         if c * (2.0 - c) > u || (c / u).ln() + 1.0 >= c {
-            let angle = f.clamp(-1.0, 1.0).acos();
+            let angle = 2.0 * ((rest / sum).sqrt() * sine).min(1.0).asin();
             return if by.random::<f64>() < 0.5 { m - angle } else { m + angle };
         }
     }

@@ -46,6 +46,13 @@ impl Lowering<'_> {
                 Ok(Meaning::Ordinal(self.builder.constant(ordinal as f64)))
             }
             Some(Binding::Value(Value::Real(number))) => Ok(Meaning::Real(self.builder.constant(number))),
+            Some(Binding::Value(Value::Vector(numbers))) => {
+                let at = element.and_then(|element| self.builder.as_constant(element));
+                match at.and_then(|at| numbers.get(at as usize)) {
+                    Some(number) => Ok(Meaning::Real(self.builder.constant(*number))),
+                    None => Err(self.unplanned(format!("`{name}` is a vector"))),
+                }
+            }
             Some(Binding::Value(Value::Given(given))) => Ok(self.given(variable, &given, element)),
             Some(Binding::Expression(expression)) => {
                 if let (Some(meaning), None) = (self.determined.get(&variable), self.first) {

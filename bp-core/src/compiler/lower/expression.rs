@@ -52,7 +52,14 @@ impl Environment for Lowering<'_> {
             _ => Role::Input { key, default: default.first().copied(), broadcast: false },
         };
         let buffer = self.builder.buffer(name, role, &axes);
-        Ok(self.builder.load(buffer, places))
+        // A field has no number outside its grid: where an antecedent lies there, the form refuses it.
+        match places.iter().any(|place| matches!(place, Index::Turned { .. })) {
+            true => {
+                let none = self.builder.constant(f64::NAN);
+                Ok(self.builder.load_or(buffer, places, none))
+            }
+            false => Ok(self.builder.load(buffer, places)),
+        }
     }
 
     fn variable(&mut self, use_: &VariableUse) -> Result<ValueId, Error> {

@@ -190,3 +190,25 @@ impl Expression {
         }
     }
 }
+
+impl Model {
+    /// The vector of which an expression is one component, and the number of this component.
+    pub(crate) fn component_of(&self, id: ExpressionId) -> Option<(&VariableUse, usize)> {
+        let Expression::Vector(name, parts) = &self.expressions[id] else { return None };
+        let [vector, at] = parts.as_slice() else { return None };
+        match (&self.expressions[*vector], self.constant(*at)) {
+            (Expression::Variable(use_), Some(at)) if name == "component" => Some((use_, at as usize)),
+            _ => None,
+        }
+    }
+
+    /// The vector of which a variable of a question is one component, and the number of this component.
+    pub(crate) fn named_component(&self, variable: VariableId) -> Option<(&VariableUse, usize)> {
+        match self.factors[self.factor_of(variable)?].form {
+            Form::Dirac(value) if self.variables[variable].derived == Some(DerivedKind::Element) => {
+                self.component_of(value)
+            }
+            _ => None,
+        }
+    }
+}

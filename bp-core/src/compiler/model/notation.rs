@@ -9,7 +9,7 @@ use super::{
 use crate::ids::{ExpressionId, VariableId};
 use crate::operators::Unary;
 use crate::radix;
-use crate::spelling::{exact, quoted};
+use crate::spelling::{exact, list, quoted};
 
 /// Limit of the length of a form's arguments in a message, in characters.
 const LONGEST: usize = 48;
@@ -154,6 +154,7 @@ impl Model {
         let value = |variable: VariableId, value: &Value| match value {
             Value::Ordinal(ordinal) => self.variables[variable].domain.value_spelled(*ordinal),
             Value::Real(number) => exact(*number),
+            Value::Vector(numbers) => list(numbers),
             Value::Given(name) => name.clone(),
         };
         let item = |variable: VariableId, at: Option<&Value>| match at {
@@ -164,8 +165,7 @@ impl Model {
             None => self.spelled(variable),
         };
         let weighted = |variable: VariableId, word: &str, weights: &[f64]| {
-            let weights: Vec<_> = weights.iter().copied().map(exact).collect();
-            format!("{} {word} [{}]", self.spelled(variable), weights.join(", "))
+            format!("{} {word} {}", self.spelled(variable), list(weights))
         };
         let join = |items: Vec<String>| {
             let separator = if items.iter().any(|item| item.contains(' ')) { ", " } else { " " };

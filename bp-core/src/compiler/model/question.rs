@@ -205,6 +205,8 @@ pub enum Value {
     Ordinal(usize),
     /// A real number.
     Real(f64),
+    /// A number for each component of a vector.
+    Vector(Vec<f64>),
     /// A value given each time that the question is asked, under this name: `Z = z`.
     Given(String),
 }

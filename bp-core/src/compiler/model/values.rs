@@ -139,7 +139,9 @@ fn distinct(mut numbers: Vec<f64>) -> Vec<f64> {
     numbers.dedup_by(|next, last| {
         *next == *last
             || next.is_nan() && last.is_nan()
-            || (*next - *last).abs() <= ROUNDING * next.abs().max(last.abs())
+            || next.is_finite()
+                && last.is_finite()
+                && (*next - *last).abs() <= ROUNDING * next.abs().max(last.abs())
     });
     numbers
 }

@@ -80,16 +80,23 @@ impl NamedLaw {
             Support::Positive => (0.0, 1.0),
             _ => (-1.0, 1.0),
         };
-        while self.law.support() != Support::UnitInterval && is_below(to) && to < f64::MAX / 4.0 {
-            (from, to) = (to, 2.0 * to);
+        while self.law.support() != Support::UnitInterval && is_below(to) {
+            if to == f64::MAX {
+                return f64::INFINITY;
+            }
+            (from, to) = (to, (2.0 * to).min(f64::MAX));
         }
-        while from < 0.0 && !is_below(from) && from > f64::MIN / 4.0 {
-            (from, to) = (2.0 * from, from);
+        while from < 0.0 && !is_below(from) {
+            if from == f64::MIN {
+                return f64::NEG_INFINITY;
+            }
+            (from, to) = ((2.0 * from).max(f64::MIN), from);
         }
         loop {
             let middle = from + 0.5 * (to - from);
             if middle <= from || middle >= to {
-                return to;
+                // Between the numbers next to 0.
+                return if to.is_subnormal() && from < 0.0 { 0.0 } else { to };
             }
             if is_below(middle) { from = middle } else { to = middle }
         }

@@ -5,6 +5,7 @@
 
 use super::list::AnswerRows;
 use super::quantile::{figures, of_finite};
+use super::statistic::check_draws;
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, check, moments, rank};
 use crate::error::Error;
@@ -15,14 +16,11 @@ use crate::memory;
 use crate::model::{Ask, Finding, Model, Statistic, Value};
 use crate::operators::entropy;
 use crate::random::seeded;
-use crate::spelling::exact;
+use crate::spelling::{exact, list};
 use rand::RngExt;
 
 /// Limit of the rows with names.
 const MOST_ROWS: f64 = 5e6;
-
-/// Limit of the values drawn for one question.
-const MOST_DRAWS: f64 = 1e7;
 
 /// Bytes of a row, and of a name and a value in it, as they are allocated.
 const ROW: f64 = 500.0;
@@ -60,10 +58,7 @@ impl Reader<'_> {
         if let Statistic::Draw(count) = self.ask.statistic {
             let contexts = self.table.numbers.len() / self.table.width();
             let cells = count as f64 * contexts as f64;
-            if cells > MOST_DRAWS {
-                let (name, help) = (self.table.question.clone(), "draw fewer values".to_owned());
-                return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
-            }
+            check_draws(|| self.table.question.clone(), cells)?;
             self.hold(cells, "draw fewer values")?;
         }
         let left: Vec<Vec<usize>> =
@@ -267,6 +262,7 @@ impl Reader<'_> {
         match at {
             Value::Ordinal(ordinal) => self.model.value_name(variable, *ordinal),
             Value::Real(number) => exact(*number),
+            Value::Vector(numbers) => list(numbers),
             Value::Given(name) => match self.given(name, context) {
                 Some(number) => match domain.ordinal_among(number, None).filter(|_| domain.is_finite()) {
                     Some(ordinal) => domain.value_name(ordinal),

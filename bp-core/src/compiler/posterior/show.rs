@@ -84,7 +84,7 @@ fn write_end(answer: &Answer, out: &mut impl Write) -> fmt::Result {
             estimate.seed
         )?;
         if let Some(warning) = &estimate.warning {
-            write!(out, "{}", wrapped("  mind: ", warning, 8))?;
+            write!(out, "{}", wrapped("  note: ", warning, 8))?;
         }
     }
     Ok(())

@@ -13,7 +13,18 @@ use crate::random::seeded;
 use crate::spelling::exact;
 
 /// The most values that are drawn at once.
-pub(crate) const MOST_DRAWS: f64 = 1e7;
+const MOST_DRAWS: f64 = 1e7;
+
+/// Refuses more drawn values than are shown, before they are drawn.
+pub(crate) fn check_draws(question: impl FnOnce() -> String, cells: f64) -> Result<(), Error> {
+    match cells > MOST_DRAWS {
+        true => {
+            let help = "draw fewer values".to_owned();
+            Err(Error::TooLarge { name: question(), cells, most: MOST_DRAWS, help })
+        }
+        false => Ok(()),
+    }
+}
 
 /// Why a statistic of reals is not computed of their mixture, or of their named laws; `reals` is their number.
 pub(crate) fn refused_of_reals(statistic: &Statistic, reals: usize) -> Option<String> {
@@ -68,10 +79,7 @@ impl Part {
         let alone = self.of.len() == 1;
         match (&self.law, &ask.statistic) {
             (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Draw(count)) => {
-                let cells = *count as f64 * self.of.len() as f64;
-                if cells > MOST_DRAWS {
-                    return Err(too_large(cells, MOST_DRAWS, "draw fewer values"));
-                }
+                check_draws(|| model.ask_text(ask), *count as f64 * self.of.len() as f64)?;
                 let mut random = seeded(seed, &model.ask_text(ask));
                 let mut values = || match &self.law {
                     PartLaw::Mixture(mixture) => mixture.draw(&mut random),

@@ -51,12 +51,20 @@ impl Observations {
             match &known.evidence {
                 Finding::Hard(Value::Ordinal(ordinal)) => observations.values[slots].fill(*ordinal as f64),
                 Finding::Hard(Value::Real(number)) => observations.values[slots].fill(*number),
+                Finding::Hard(Value::Vector(numbers)) => observations.values[slots].copy_from_slice(numbers),
                 Finding::Virtual(likelihoods) => {
                     observations.likelihoods.push((slots.start, likelihoods.clone()))
                 }
                 Finding::Each if Some(known.variable) == setting.model.plate_index() => {}
                 Finding::Hard(Value::Given(given)) => observations.give(setting, slots, given)?,
                 _ => observations.give(setting, slots, &name)?,
+            }
+            // A component that a question names is that of its vector.
+            if let Some((use_, component)) = setting.model.named_component(known.variable) {
+                let value = observations.values[setting.slots_of(known.variable).start];
+                if let Some(slot) = setting.slots_used(use_, &[]).nth(component) {
+                    observations.values[slot] = value;
+                }
             }
         }
         Ok(observations)

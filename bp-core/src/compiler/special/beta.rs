@@ -9,8 +9,15 @@
 //! √(ab / 2πn) exp(δ(n) − δ(a) − δ(b) − D₀(a, nx) − D₀(b, ny)), n = a + b, δ the remainder of Stirling's formula and
 //! D₀(k, m) = k ln(k/m) + m − k: no large terms cancel.
 
+use super::Mass;
 use super::stirling::{self, deviance, stirling_rest};
 use std::f64::consts::TAU;
+
+/// a and b above which the density is integrated: the fraction would need more steps than its limit.
+const FAR: f64 = 1e7;
+
+/// The largest a and b that are told apart: a law with larger ones has all its probability at one f64.
+const LARGEST: f64 = 1e300;
 
 /// I_x(a, b) and 1 − I_x(a, b).
 pub fn beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
@@ -19,6 +26,16 @@ pub fn beta(a: f64, b: f64, x: f64, y: f64) -> (f64, f64) {
     }
     if y <= 0.0 {
         return (1.0, 0.0);
+    }
+    let scale = (LARGEST / a.max(b)).min(1.0);
+    let (a, b) = (a * scale, b * scale);
+    if a.max(b) > FAR {
+        // Of x and y, the smaller one has all its digits.
+        let mass = |[low, high, a, b]: [f64; 4]| Mass::Beta.apply([low, high, a, b, 0.0]).min(1.0);
+        return match x <= y {
+            true => (mass([0.0, x, a, b]), mass([x, 1.0, a, b])),
+            false => (mass([y, 1.0, b, a]), mass([0.0, y, b, a])),
+        };
     }
     // Below the mean the fraction converges in about √max(a, b) steps.
     if x * (a + b + 2.0) < a + 1.0 {

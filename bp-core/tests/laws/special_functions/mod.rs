@@ -10,6 +10,7 @@
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::exec::scalar::Scalar;
+use bp_core::compiler::law::Law;
 use bp_core::compiler::special::{beta, gamma, ln_bessel, ln_gamma, normal_cumulative};
 
 use functions::{BETA, EXP, GAMMA, LN, LN_BESSEL, LN_GAMMA, MASSES, NORMAL};
@@ -100,6 +101,23 @@ fn densities_at_large_parameters() {
         errors.add(name, law.density(*x, parameters), density);
     }
     errors.within(2e-13);
+}
+
+/// A change of x by its rounding error changes these by √(a + b) of it.
+#[test]
+fn tails_of_strong_beta_laws() {
+    for (parameters, x, lower, upper) in intervals::STRONG {
+        let mut errors = Errors::default();
+        let (below, above) = Law::Beta.tails(*x, parameters);
+        errors.add(format!("P(X <= {x:e}) under beta({parameters:?})"), below, lower);
+        errors.add(format!("P(X > {x:e}) under beta({parameters:?})"), above, upper);
+        errors.within(2e-13 + (parameters[0] + parameters[1]).sqrt() * f64::EPSILON);
+    }
+    // By symmetry, whatever the size.
+    for a in [1e200, 1e308, f64::MAX] {
+        assert_eq!(Law::Beta.tails(0.5, &[a, a]), (0.5, 0.5), "{a}");
+        assert_eq!(Law::Beta.tails(0.5f64.next_up(), &[a, a]).1, 0.0, "{a}");
+    }
 }
 
 #[test]

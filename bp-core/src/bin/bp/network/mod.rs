@@ -49,6 +49,8 @@ pub(crate) struct Asked {
 /// Evidence by names, as written.
 pub(crate) struct Written {
     values: Vec<(String, String)>,
+    /// A value for each element of a family, or for each component of a vector.
+    lists: Vec<(String, Vec<String>)>,
     likelihoods: Vec<(String, Vec<f64>)>,
 }
 
@@ -57,6 +59,10 @@ impl Asked {
     pub(crate) fn read(&self) -> Result<(Named, NetworkEvidence), Failure> {
         let (named, network) = network(&self.file, &self.settings)?;
         let written = self.written(&network)?;
+        if let Some((name, _)) = written.lists.first() {
+            let message = format!("--evidence: `{name}` needs the name of a value, found a list");
+            return Err(Failure::Words(message));
+        }
         let evidence = named.evidence(
             written.values.iter().map(|(name, value)| (name.as_str(), value.as_str())),
             written.likelihoods.iter().map(|(name, weights)| (name.as_str(), weights.as_slice())),
@@ -77,6 +83,10 @@ impl Asked {
             if !matches!(read, Some(Ok(None))) {
                 evidence.set(name, value);
             }
+        }
+        for (name, values) in written.lists {
+            let values = values.into_iter().map(program_door::Value::Label).collect();
+            evidence.set(name, program_door::Value::List(values));
         }
         written.likelihoods.into_iter().for_each(|(name, weights)| {
             evidence.set(name, program_door::Value::Likelihood(weights));
@@ -105,10 +115,18 @@ impl Asked {
             (None, Some(written)) => Some(written_or_read(written)?),
             (None, None) => None,
         };
-        let mut values = Vec::new();
+        let (mut values, mut lists) = (Vec::new(), Vec::new());
         match source {
             Some(source) if source.text.trim_start().starts_with('{') => {
                 for (name, value) in object("--evidence", &source)? {
+                    if let Value::Array(all) = &value {
+                        let all = all
+                            .iter()
+                            .map(|one| value_text(&name, one)?.ok_or_else(|| unreadable(&name, one)));
+                        let all = all.collect::<Result<_, Failure>>()?;
+                        lists.push((name, all));
+                        continue;
+                    }
                     values.extend(value_text(&name, &value)?.map(|value| (name, value)));
                 }
             }
@@ -127,7 +145,7 @@ impl Asked {
             Some(source) => drop(object("--evidence", &source)?),
             None => {}
         }
-        Ok(Written { values, likelihoods })
+        Ok(Written { values, lists, likelihoods })
     }
 }
 
@@ -249,8 +267,10 @@ fn value_text(name: &str, value: &Value) -> Result<Option<String>, Failure> {
         Value::Number(number) => Ok(Some(number.to_string())),
         Value::Bool(truth) => Ok(Some(truth.to_string())),
         Value::Null => Ok(None),
-        other => {
-            Err(Failure::Words(format!("--evidence: `{name}` needs the name of a value, found {other}")))
-        }
+        other => Err(unreadable(name, other)),
     }
+}
+
+fn unreadable(name: &str, value: &Value) -> Failure {
+    Failure::Words(format!("--evidence: `{name}` needs the name of a value, found {value}"))
 }

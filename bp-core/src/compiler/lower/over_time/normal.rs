@@ -285,6 +285,9 @@ impl<'m> Build<'m> {
             Finding::Hard(Value::Real(number)) => {
                 return Ok(Some((self.tangents.builder.constant(*number), None)));
             }
+            Finding::Hard(Value::Vector(numbers)) => {
+                return Ok(Some((self.tangents.builder.constant(numbers[component]), None)));
+            }
             Finding::Hard(Value::Given(name)) => name.clone(),
             _ => return Err(self.refused("evidence on a real is a value")),
         };

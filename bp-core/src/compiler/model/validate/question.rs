@@ -308,6 +308,8 @@ fn value_fault(model: &Model, place: Place, variable: VariableId, value: &Value)
         }
         Value::Real(number) => (*domain != Domain::Real)
             .then(|| fault(place, format!("`{name}` is `{text}`, but its value is {number}"))),
+        Value::Vector(numbers) => (*domain != Domain::Vector(numbers.len()))
+            .then(|| fault(place, format!("`{name}` is `{text}`, but {} numbers are given", numbers.len()))),
         Value::Given(_) => None,
     }
 }

@@ -7,7 +7,7 @@ use super::{Chain, Forward};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Finding, Known, Statistic, When};
-use crate::posterior::Numbers;
+use crate::posterior::{Numbers, check_draws};
 use crate::strategies::over_time::{
     Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence,
 };
@@ -82,6 +82,9 @@ fn sequences(
     instants: &[Instant],
     seed: u64,
 ) -> Result<Vec<Sequence>, Error> {
+    if let Statistic::Best(count) | Statistic::Draw(count) = statistic {
+        check_draws(|| chain.asked.clone(), *count as f64 * (instants.len() * searched.len()) as f64)?;
+    }
     Ok(match statistic {
         Statistic::Best(count) => (chain.best(forward, *count)?.into_iter())
             .map(|(ln, values)| Sequence { probability: Some(ln.exp()), values })

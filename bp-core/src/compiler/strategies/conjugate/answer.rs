@@ -148,10 +148,11 @@ impl<'s> Posterior<'s> {
     /// The slots that an item searches.
     fn slots(&self, variable: VariableId) -> Vec<usize> {
         let setting = self.setting;
-        let Some(use_) = element_of(setting.model, variable) else {
-            return setting.slots_of(variable).collect();
-        };
-        setting.slots_used(use_, &[]).collect()
+        match element_of(setting.model, variable) {
+            None => setting.slots_of(variable).collect(),
+            Some((use_, None)) => setting.slots_used(use_, &[]).collect(),
+            Some((use_, Some(at))) => setting.slots_used(use_, &[]).skip(at).take(1).collect(),
+        }
     }
 
     /// The named distributions of some unknowns.
@@ -173,32 +174,16 @@ impl<'s> Posterior<'s> {
         };
         let covariance = places.iter().flat_map(covariance).collect();
         let of = places.iter().map(|(named, ..)| Slot::of(setting, *named)).collect();
-        let part = Part { instant: None, given: Vec::new(), of, law: PartLaw::Laws { laws, covariance } };
-        Ok(Answer {
-            question: model.ask_text(ask),
-            strategy: Strategy::Conjugate,
-            when: ask.when,
-            ln_evidence,
-            estimate: None,
-            answer: part.rows_of(model, ask, seed)?.into(),
-            parts: vec![part],
-        })
+        of_laws(model, ask, (of, laws, covariance), (ln_evidence, seed))
     }
 
     /// The probabilities that a predicate of one unknown does not hold and that it does.
     fn truth(&self, ask: &Ask, root: ExpressionId) -> Table {
-        let (setting, model) = (self.setting, self.setting.model);
-        let leaves = Slots { setting, indices: &[] };
-        let form = LinearForm::of(model, root, 0, &leaves);
-        let (slot, scale) = form.coefficients.iter().next().expect("internal: a predicate reads an unknown");
-        let first = self.first[slot];
-        let law = self.unknowns[&first].1.law(slot - first);
-        let mass = |low: f64, high: f64| {
-            let (one, other) = ((low - form.constant) / scale, (high - form.constant) / scale);
-            law.between(one.min(other), one.max(other))
+        let law = |slot: usize| {
+            let first = self.first[&slot];
+            self.unknowns[&first].1.law(slot - first)
         };
-        let cells = by_intervals(model, root, &mass, &leaves).to_vec();
-        Table::read(model, (ask, model.ask_text(ask)), &[ask.searched[0].variable], cells, None, &[2])
+        truth(self.setting, ask, root, &law)
     }
 
     /// The distribution of a finite variable that is not observed.
@@ -236,6 +221,48 @@ impl<'s> Posterior<'s> {
         let found = all.into_iter().find(|instance| instance.left == [slot]);
         Ok(found.expect("internal: each slot has an instance"))
     }
+}
+
+/// The probabilities that a predicate of one unknown does not hold and that it does, from the law of the unknown's slot.
+pub(super) fn truth(
+    setting: &Setting<'_>,
+    ask: &Ask,
+    root: ExpressionId,
+    law: &dyn Fn(usize) -> NamedLaw,
+) -> Table {
+    let model = setting.model;
+    let leaves = Slots { setting, indices: &[] };
+    let form = LinearForm::of(model, root, 0, &leaves);
+    let (slot, scale) = form.coefficients.iter().next().expect("internal: a predicate reads an unknown");
+    let law = law(*slot);
+    let mass = |low: f64, high: f64| {
+        let (one, other) = ((low - form.constant) / scale, (high - form.constant) / scale);
+        law.between(one.min(other), one.max(other))
+    };
+    let cells = by_intervals(model, root, &mass, &leaves).to_vec();
+    Table::read(model, (ask, model.ask_text(ask)), &[ask.searched[0].variable], cells, None, &[2])
+}
+
+/// The answer that consists of the laws of some slots, and of their covariance, row by row.
+///
+/// # Errors
+/// A number that f64 does not hold.
+pub(super) fn of_laws(
+    model: &Model,
+    ask: &Ask,
+    (of, laws, covariance): (Vec<Slot>, Vec<NamedLaw>, Vec<f64>),
+    (ln_evidence, seed): (Option<f64>, u64),
+) -> Result<Answer, Error> {
+    let part = Part { instant: None, given: Vec::new(), of, law: PartLaw::Laws { laws, covariance } };
+    Ok(Answer {
+        question: model.ask_text(ask),
+        strategy: Strategy::Conjugate,
+        when: ask.when,
+        ln_evidence,
+        estimate: None,
+        answer: part.rows_of(model, ask, seed)?.into(),
+        parts: vec![part],
+    })
 }
 
 /// The prior of an unknown.

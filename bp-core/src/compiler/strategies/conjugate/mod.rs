@@ -16,6 +16,7 @@ mod likelihood;
 mod marginal;
 mod offer;
 mod precision;
+mod scaled;
 mod unknown;
 
 pub(crate) use marginal::Marginal;

@@ -11,6 +11,7 @@ use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{
     Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Searched, Statistic,
+    VariableUse,
 };
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
@@ -62,16 +63,16 @@ pub(super) fn kind_of(model: &Model, form: &Form) -> Option<Kind> {
     }
 }
 
-/// The variable of which a variable of a question is an element.
-pub(super) fn element_of(model: &Model, variable: VariableId) -> Option<&crate::model::VariableUse> {
+/// The variable of which a variable of a question is an element; and the component, of a vector.
+pub(super) fn element_of(model: &Model, variable: VariableId) -> Option<(&VariableUse, Option<usize>)> {
     let factor = model.factor_of(variable)?;
     let Form::Dirac(value) = model.factors[factor].form else { return None };
     match &model.expressions[value] {
         Expression::Variable(use_) if model.variables[variable].derived == Some(DerivedKind::Element) => {
             // A slice is a family of its own.
-            Some(use_).filter(|use_| use_.element.is_none_or(|id| model.constant(id).is_some()))
+            Some((use_, None)).filter(|_| use_.element.is_none_or(|id| model.constant(id).is_some()))
         }
-        _ => None,
+        _ => model.component_of(value).map(|(use_, component)| (use_, Some(component))),
     }
 }
 
@@ -80,15 +81,15 @@ pub(super) fn predicate_of(model: &Model, variable: VariableId) -> Option<Expres
     let root = of_normal(model, variable, true)?;
     let mut read = Vec::new();
     for id in model.nodes_below(root) {
-        match &model.expressions[id] {
-            Expression::Variable(use_) => {
-                let at = use_.element.map(|at| model.constant(at).map(f64::to_bits));
-                if !read.contains(&(use_.variable, at)) {
-                    read.push((use_.variable, at));
-                }
-            }
-            Expression::Vector(..) => return None,
-            _ => {}
+        let (use_, component) = match &model.expressions[id] {
+            Expression::Variable(use_) if model.components(use_.variable) == 1 => (use_, 0),
+            Expression::Variable(_) => continue,
+            Expression::Vector(..) => model.component_of(id)?,
+            _ => continue,
+        };
+        let at = use_.element.map(|at| model.constant(at).map(f64::to_bits));
+        if !read.contains(&(use_.variable, at, component)) {
+            read.push((use_.variable, at, component));
         }
     }
     (read.len() == 1).then_some(root)
@@ -130,7 +131,7 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
         let left = factor.left[0].variable;
         let predicted = |ask: &Ask| {
             let searched = ask.searched[0].variable;
-            searched == left || element_of(model, searched).is_some_and(|use_| use_.variable == left)
+            searched == left || element_of(model, searched).is_some_and(|(use_, _)| use_.variable == left)
         };
         let is_predicted = is_finite(left) && asks.iter().any(predicted);
         if factor.left.len() > 1 || !is_known(left) && !is_predicted {
@@ -249,7 +250,8 @@ fn refused_ask(
     is_unknown: &dyn Fn(VariableId) -> bool,
     has_prior: &dyn Fn(VariableId) -> bool,
 ) -> Option<String> {
-    let origin = |variable: VariableId| element_of(model, variable).map_or(variable, |use_| use_.variable);
+    let origin =
+        |variable: VariableId| element_of(model, variable).map_or(variable, |(use_, _)| use_.variable);
     let finite = ask.searched.iter().filter(|item| model.variables[item.variable].domain.is_finite()).count();
     if let ([only], Statistic::Distribution) = (ask.searched.as_slice(), &ask.statistic)
         && predicate_of(model, only.variable).is_some()

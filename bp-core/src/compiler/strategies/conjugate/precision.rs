@@ -8,14 +8,16 @@
 //! distribution of 2a′ degrees of freedom with location m and scale s √(b′/a′);
 //! P(y) = C bᵃ Γ(a′) / (Γ(a) b′^a′) (DeGroot, *Optimal Statistical Decisions*, 1970, section 9.6).
 
+use super::answer::{of_laws, truth};
+use super::offer::predicate_of;
+use super::scaled::{is_scaled, scales};
 use crate::distribution::{Distribution, Setting};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
-use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::ids::{FactorId, VariableId};
 use crate::law::Law;
-use crate::model::{Ask, Domain, Expression, Finding, Folded, Form, Model, Question, Searched, Statistic};
-use crate::operators::{Binary, Unary};
-use crate::posterior::{Answer, NamedLaw, Part, PartLaw, Slot, Table, refused_of_reals};
+use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, Searched, Statistic};
+use crate::posterior::{Answer, NamedLaw, Slot, Table, refused_of_reals};
 use crate::special::ln_rising;
 use crate::strategies::gaussian::{self, Conditioned, Gaussian, Slots};
 use crate::strategies::weighting::relevant;
@@ -48,10 +50,14 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Option<Result<Precision, Str
             || others.clone().any(|other| scales(model, &model.factors[*other].form, left.variable));
         (is_gamma && alone && !is_known(left.variable) && is_precision()).then_some((left.variable, *id))
     })?;
-    let all_scale = factors.iter().filter(|id| **id != prior).find(|id| {
-        let form = &model.factors[**id].form;
-        !is_scaled(model, form, unknown)
-    });
+    let asked = |id: FactorId| {
+        let left = model.factors[id].left[0].variable;
+        !is_known(left) && of_unknown(model, left, unknown)
+    };
+    let all_scale = factors
+        .iter()
+        .filter(|id| !asked(**id))
+        .find(|id| !is_scaled(model, &model.factors[**id].form, unknown));
     let tau = model.variable_name(unknown);
     if let Some(id) = all_scale {
         let head = model.head(&model.factors[*id]);
@@ -65,6 +71,14 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Option<Result<Precision, Str
         prior,
         given,
     }))
+}
+
+/// Whether a variable is τ, or a predicate of τ alone.
+fn of_unknown(model: &Model, variable: VariableId, unknown: VariableId) -> bool {
+    let reads_it = |id: FactorId| model.factors[id].right.iter().all(|use_| use_.variable == unknown);
+    let predicate =
+        || predicate_of(model, variable).is_some() && model.factor_of(variable).is_some_and(reads_it);
+    variable == unknown || predicate()
 }
 
 fn offer_given(model: &Model, asks: &[Ask], unknown: VariableId) -> Result<Gaussian, String> {
@@ -88,20 +102,30 @@ fn offer_given(model: &Model, asks: &[Ask], unknown: VariableId) -> Result<Gauss
         if ask.known.iter().any(|known| !matches!(known.evidence, Finding::Hard(_) | Finding::Each)) {
             return Err("evidence that is not hard is no observation of a real".to_owned());
         }
-        let reads_both = |item: &Searched| {
+        let reads = |item: &Searched| {
             model.is_predicate(item.variable)
                 && model
                     .factor_of(item.variable)
                     .is_some_and(|id| model.factors[id].right.iter().any(|use_| use_.variable == unknown))
         };
-        if ask.searched.iter().any(reads_both) {
-            return Err(format!("a predicate of `{tau}` is not computed here"));
+        let alone = ask.searched.len() == 1;
+        if ask
+            .searched
+            .iter()
+            .any(|item| reads(item) && !(alone && of_unknown(model, item.variable, unknown)))
+        {
+            return Err(format!("a predicate of `{tau}` and of other variables is not computed here"));
         }
     }
     let number = with_number(model, unknown, 1.0);
     let rest = |ask: &Ask| Ask {
         statistic: Statistic::Distribution,
-        searched: ask.searched.iter().filter(|item| item.variable != unknown).cloned().collect(),
+        searched: ask
+            .searched
+            .iter()
+            .filter(|item| !of_unknown(model, item.variable, unknown))
+            .cloned()
+            .collect(),
         ..ask.clone()
     };
     let rest: Vec<Ask> = asks.iter().map(rest).collect();
@@ -120,67 +144,6 @@ fn with_number(model: &Model, unknown: VariableId, number: f64) -> Model {
         }
     }
     model
-}
-
-/// Whether a deviation of a form is a number over √τ.
-fn scales(model: &Model, form: &Form, unknown: VariableId) -> bool {
-    match form {
-        Form::Law { law: Law::Normal, arguments } => power(model, arguments[1], unknown) == Some(-0.5),
-        Form::NormalVector { covariance, .. } => {
-            covariance.iter().flatten().any(|entry| power(model, *entry, unknown) == Some(-1.0))
-        }
-        Form::If { then, otherwise, .. } => scales(model, then, unknown) || scales(model, otherwise, unknown),
-        _ => false,
-    }
-}
-
-/// Whether a form reads τ in its deviations only, each a number over √τ.
-fn is_scaled(model: &Model, form: &Form, unknown: VariableId) -> bool {
-    let is_free = |id: ExpressionId| model.degree(id, &|variable| variable == unknown) == Some(0);
-    match form {
-        Form::Law { law: Law::Normal, arguments } => {
-            is_free(arguments[0]) && power(model, arguments[1], unknown) == Some(-0.5)
-        }
-        Form::NormalVector { mean, covariance } => {
-            let is_zero = |id: ExpressionId| model.constant(id) == Some(0.0);
-            let fits = |id: &ExpressionId| is_zero(*id) || power(model, *id, unknown) == Some(-1.0);
-            is_free(*mean) && covariance.iter().flatten().all(fits)
-        }
-        Form::Dirac(value) => is_free(*value),
-        Form::Flat => true,
-        Form::If { condition, then, otherwise } => {
-            is_free(*condition) && is_scaled(model, then, unknown) && is_scaled(model, otherwise, unknown)
-        }
-        _ => false,
-    }
-}
-
-/// The power p of an expression that is a number times τᵖ.
-fn power(model: &Model, id: ExpressionId, unknown: VariableId) -> Option<f64> {
-    let folded = model.fold(id, |expression, below: &Folded<Option<f64>>| {
-        let of = |id: &ExpressionId| *below.of(*id);
-        match expression {
-            Expression::Variable(use_) => Some(f64::from(u8::from(use_.variable == unknown))),
-            Expression::Number(_) | Expression::Parameter { .. } | Expression::Index(_) => Some(0.0),
-            Expression::Unary(Unary::SquareRoot, operand) => Some(0.5 * of(operand)?),
-            Expression::Unary(_, operand) => of(operand).filter(|power| *power == 0.0),
-            Expression::Binary(Binary::Multiply, left, right) => Some(of(left)? + of(right)?),
-            Expression::Binary(Binary::Divide, left, right) => Some(of(left)? - of(right)?),
-            Expression::Binary(Binary::Power, base, exponent) => match (of(base)?, model.constant(*exponent))
-            {
-                (power, Some(exponent)) => Some(power * exponent),
-                (power, None) => Some(power).filter(|power| *power == 0.0 && of(exponent) == Some(0.0)),
-            },
-            Expression::Binary(Binary::Add | Binary::Subtract, left, right) => {
-                Some(of(left)?).filter(|power| Some(*power) == of(right))
-            }
-            Expression::Binary(_, left, right) => {
-                Some(of(left)?).filter(|power| *power == 0.0 && of(right) == Some(0.0))
-            }
-            _ => None,
-        }
-    });
-    *folded.of(id)
 }
 
 /// What the observations say of τ: p(y | τ) = C τ^(N/2) exp(−τ Q/2).
@@ -267,6 +230,14 @@ impl Prepared for Precision {
                 }
             };
             if let [only] = ask.searched.as_slice()
+                && only.variable != self.unknown
+                && of_unknown(model, only.variable, self.unknown)
+                && let Some(root) = predicate_of(model, only.variable)
+            {
+                let gamma = |_: usize| NamedLaw { law: Law::Gamma, parameters: [a, b, 0.0] };
+                return Ok(Found::Table(truth(&setting, ask, root, &gamma), ln_evidence));
+            }
+            if let [only] = ask.searched.as_slice()
                 && let Some(root) = gaussian::of_normal(model, only.variable, true)
             {
                 let law = student(law.mean(0), law.deviation(0))?;
@@ -291,9 +262,8 @@ impl Precision {
         ask: &Ask,
         (normal, [a, b]): (&gaussian::NormalLaw, [f64; 2]),
         student: &dyn Fn(f64, f64) -> Result<NamedLaw, Error>,
-        (ln_evidence, seed): (Option<f64>, u64),
+        known: (Option<f64>, u64),
     ) -> Result<Answer, Error> {
-        let model = setting.model;
         let (mut laws, mut of, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         let mut next = 0;
         for slot in ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)) {
@@ -317,16 +287,7 @@ impl Precision {
                 _ => 0.0,
             }));
         }
-        let part = Part { instant: None, given: Vec::new(), of, law: PartLaw::Laws { laws, covariance } };
-        Ok(Answer {
-            question: model.ask_text(ask),
-            strategy: Strategy::Conjugate,
-            when: ask.when,
-            ln_evidence,
-            estimate: None,
-            answer: part.rows_of(model, ask, seed)?.into(),
-            parts: vec![part],
-        })
+        of_laws(setting.model, ask, (of, laws, covariance), known)
     }
 }
 

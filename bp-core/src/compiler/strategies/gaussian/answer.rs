@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::model::{Ask, Model, Searched, Statistic, Value, When};
 use crate::posterior::{
-    Answer, Column, Figure, MOST_DRAWS, Part, PartLaw, Row, Slot, Table, figures, of_normal,
+    Answer, Column, Figure, Part, PartLaw, Row, Slot, Table, check_draws, figures, of_normal,
 };
 use crate::random::seeded;
 use crate::sample::Observations;
@@ -55,11 +55,7 @@ pub(crate) fn rows(
             vec![at(&means(), Figure::Density { density: law.ln_largest_density().exp() })]
         }
         Statistic::Draw(count) => {
-            let cells = *count as f64 * law.len() as f64;
-            if cells > MOST_DRAWS {
-                let (name, help) = (setting.model.ask_text(ask), "draw fewer values".to_owned());
-                return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
-            }
+            check_draws(|| setting.model.ask_text(ask), *count as f64 * law.len() as f64)?;
             (1..=*count).map(|draw| at(&law.draw(random), Figure::Draw { draw })).collect()
         }
         statistic => {
@@ -90,7 +86,7 @@ fn value(setting: &Setting<'_>, item: &Searched) -> Option<f64> {
     match item.at.as_ref()? {
         Value::Real(number) => Some(*number),
         Value::Given(name) => setting.given(name)?.first().copied(),
-        Value::Ordinal(_) => None,
+        Value::Ordinal(_) | Value::Vector(_) => None,
     }
 }
 
@@ -197,7 +193,10 @@ pub(crate) fn whether(setting: &Setting<'_>, ask: &Ask, law: &NormalLaw) -> Opti
     let [only] = ask.searched.as_slice() else { return None };
     let root = predicate::of_normal(setting.model, only.variable, true)?;
     let leaves = Slots { setting, indices: &[] };
-    Some(probabilities(setting.model, root, (law.mean(0), law.deviation(0)), &leaves).to_vec())
+    Some(
+        probabilities(setting.model, root, [law.mean(0), law.rounding(0), law.deviation(0)], &leaves)
+            .to_vec(),
+    )
 }
 
 /// The table of a predicate without time.

@@ -35,6 +35,14 @@ struct Row {
     flat_sizes: Vec<f64>,
 }
 
+impl Row {
+    /// Whether its noises are rounding errors of the numbers that they were computed from.
+    fn is_determined(&self) -> bool {
+        let squares = self.squares.iter().chain(std::iter::repeat(&0.0));
+        self.noises.iter().zip(squares).all(|(cell, square)| cell.abs() <= ROUNDING * square.sqrt())
+    }
+}
+
 /// A normal law over numbered variables.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct NormalLaw {
@@ -221,10 +229,8 @@ impl NormalLaw {
         }
         let row = &self.rows[observed];
         let surprise = value - row.mean;
-        let squares = row.squares.iter().chain(std::iter::repeat(&0.0));
-        let rounding = |(cell, square): (&f64, &f64)| cell.abs() <= ROUNDING * square.sqrt();
-        let is_determined = self.dirac && row.noises.iter().zip(squares).all(rounding);
-        let reflection = if is_determined { None } else { Reflection::of(&row.noises, 0) };
+        let reflection =
+            if self.dirac && row.is_determined() { None } else { Reflection::of(&row.noises, 0) };
         let Some(reflection) = reflection else {
             let agrees = surprise.abs() <= ROUNDING * row.scale.max(value.abs());
             return agrees.then_some(0.0);
@@ -274,10 +280,23 @@ impl NormalLaw {
         Some(-largest.abs().ln())
     }
 
-    /// The law of some of the variables, in this order; the others are summed out.
+    /// The law of some of the variables, in this order; the others are summed out. What is left of a determined variable but
+    /// rounding errors is dropped.
     pub(crate) fn select(&self, rows: impl IntoIterator<Item = usize>) -> Self {
-        let rows = rows.into_iter().map(|row| self.rows[row].clone()).collect();
+        let row = |row: usize| match &self.rows[row] {
+            row if self.dirac && row.flat.is_empty() && row.is_determined() => {
+                let mean = if row.mean.abs() <= ROUNDING * row.scale { 0.0 } else { row.mean };
+                Row { mean, scale: row.scale, ..Row::default() }
+            }
+            row => row.clone(),
+        };
+        let rows = rows.into_iter().map(row).collect();
         Self { rows, ..*self }
+    }
+
+    /// Upper limit on the rounding error of a mean.
+    pub(crate) fn rounding(&self, row: usize) -> f64 {
+        ROUNDING * self.rows[row].scale
     }
 
     /// Removes a variable and moves the last one into its place.

@@ -64,15 +64,15 @@ fn comparisons(
 }
 
 /// The probabilities that a predicate is false and that it is true, where its linear form ([`LinearForm::of`] its
-/// expression) has a normal law of this mean and deviation.
+/// expression) has a normal law of this mean, with this rounding error at most, and deviation.
 pub(crate) fn probabilities(
     model: &Model,
     root: ExpressionId,
-    (mean, deviation): (f64, f64),
+    [mean, rounding, deviation]: [f64; 3],
     leaves_of: &dyn Leaves,
 ) -> [f64; 2] {
     if deviation == 0.0 {
-        let truth = holds(model, root, &leaves(model, root, leaves_of), mean);
+        let truth = holds(model, root, &leaves(model, root, leaves_of), (mean, rounding));
         return [!truth, truth].map(|one| f64::from(u8::from(one)));
     }
     let mass = |low: f64, high: f64| mass((low - mean) / deviation, (high - mean) / deviation);
@@ -87,7 +87,7 @@ pub(crate) fn by_intervals(
     leaves_of: &dyn Leaves,
 ) -> [f64; 2] {
     let leaves = leaves(model, root, leaves_of);
-    let holds = |at: f64| usize::from(holds(model, root, &leaves, at));
+    let holds = |at: f64| usize::from(holds(model, root, &leaves, (at, 0.0)));
     let mut probabilities = [0.0; 2];
     let mut edges: Vec<f64> = leaves.iter().filter_map(Leaf::edge).collect();
     edges.sort_by(f64::total_cmp);
@@ -145,16 +145,18 @@ impl Leaf {
     }
 }
 
-fn holds(model: &Model, id: ExpressionId, leaves: &[Leaf], at: f64) -> bool {
-    let of = |id: &ExpressionId| holds(model, *id, leaves, at);
+/// Whether a predicate holds where the linear form has this value, up to its rounding error.
+fn holds(model: &Model, id: ExpressionId, leaves: &[Leaf], (at, rounding): (f64, f64)) -> bool {
+    let of = |id: &ExpressionId| holds(model, *id, leaves, (at, rounding));
     match &model.expressions[id] {
         Expression::Binary(Binary::And, left, right) => of(left) && of(right),
         Expression::Binary(Binary::Or, left, right) => of(left) || of(right),
         Expression::Unary(Unary::Not, operand) => !of(operand),
-        Expression::Binary(operator, ..) => leaves
-            .iter()
-            .find(|leaf| leaf.id == id)
-            .is_some_and(|leaf| operator.apply(leaf.scale * at + leaf.shift, 0.0) != 0.0),
+        Expression::Binary(operator, ..) => leaves.iter().find(|leaf| leaf.id == id).is_some_and(|leaf| {
+            let left = leaf.scale * at + leaf.shift;
+            let is_zero = left.abs() <= leaf.scale.abs() * rounding;
+            operator.apply(if is_zero { 0.0 } else { left }, 0.0) != 0.0
+        }),
         _ => false,
     }
 }

@@ -43,6 +43,7 @@ pub(super) struct Memory {
 }
 
 /// A slot that is drawn.
+#[derive(Clone, Debug)]
 pub(super) struct Site {
     /// The slot.
     pub(super) slot: usize,
@@ -169,7 +170,7 @@ impl<'s> Blankets<'s> {
         let mut ln = 0.0;
         for node in &self.nodes {
             ln += match node {
-                Node::Weighed(instance) if self.is_flat(instance) => {
+                Node::Weighed(instance) if self.is_flat(instance) && values[instance.left[0]].is_nan() => {
                     let drawn = Law::Normal.draw(random, &[0.0, 1.0]);
                     values[instance.left[0]] = if self.is_half_flat(instance) { drawn.abs() } else { drawn };
                     0.0

@@ -5,9 +5,11 @@
 //!
 //! Variables are drawn in turn from their full conditionals (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite
 //! one from P(x | all else); a real whose blanket is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from
-//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling.
+//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling, alone or along the
+//! directions of a block.
 
 mod blanket;
+mod block;
 mod derive;
 mod elimination;
 mod finite_rest;
@@ -33,6 +35,7 @@ use crate::sample::{Draws, Observations, Sampling, Streams};
 use crate::strategies::weighting::{Treatment, drawn, instances};
 use crate::strategies::{self, Route, Turn};
 use blanket::{Blankets, Memory, Site};
+use block::{Block, Directions};
 use rayon::prelude::*;
 use slice::Slice;
 
@@ -78,6 +81,7 @@ pub fn gibbs(
 ) -> Result<Draws, Error> {
     let steps = instances(setting, steps)?;
     let blankets = Blankets::new(setting, &steps, observations, integrated, kept)?;
+    let blocks = block::blocks(&blankets.sites);
     let streams = Streams::new(sampling.seed, "gibbs");
     let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
     let work = Work::of(CHAINS * sweeps);
@@ -87,7 +91,9 @@ pub fn gibbs(
         let mut values = beginning(&blankets, &mut memory, &mut random)?;
         blankets.check_tails(&mut values, &mut memory)?;
         let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
-        Ok(Chain { blankets: &blankets, values, slices, memory, random, draws: Vec::new() })
+        let directions = vec![Directions::default(); blocks.len()];
+        let (blankets, blocks) = (&blankets, &blocks);
+        Ok(Chain { blankets, blocks, values, slices, directions, memory, random, draws: Vec::new() })
     };
     let mut chains: Vec<Chain<'_>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
     // In rounds, so that chains that are interrupted have nearly the same length.
@@ -106,6 +112,13 @@ pub fn gibbs(
             Ok(())
         });
         swept.collect::<Result<(), Error>>()?;
+        if first + round < sweeps / BURN_IN {
+            for (number, block) in blocks.iter().enumerate() {
+                let mut of_chains: Vec<&mut Directions> =
+                    chains.iter_mut().map(|chain| &mut chain.directions[number]).collect();
+                block::learn(&mut of_chains, block);
+            }
+        }
         if progress::is_stopped() && chains[0].draws.len() >= FEWEST_DRAWS * kept.len() {
             break;
         }
@@ -138,8 +151,11 @@ fn beginning(blankets: &Blankets<'_>, memory: &mut Memory, random: &mut Random) 
 
 struct Chain<'b> {
     blankets: &'b Blankets<'b>,
+    blocks: &'b [Block],
     values: Vec<f64>,
     slices: Vec<Slice>,
+    /// Those of each block.
+    directions: Vec<Directions>,
     memory: Memory,
     random: Random,
     /// The kept slots of each sweep, of the burn-in only while it lasts.
@@ -147,10 +163,22 @@ struct Chain<'b> {
 }
 
 impl Chain<'_> {
-    /// Draws each site once, and all that is kept.
+    /// Draws each site once, each block along its directions, and all that is kept.
     fn sweep(&mut self, burns_in: bool, kept: &[usize]) -> Result<(), Error> {
-        for site in 0..self.blankets.sites.len() {
+        let mut alone = vec![true; self.blankets.sites.len()];
+        for (block, directions) in self.blocks.iter().zip(&self.directions) {
+            let is_alone = directions.is_empty() || !block.is_complete();
+            block.sites.iter().for_each(|site| alone[*site] = is_alone);
+        }
+        for site in (0..alone.len()).filter(|site| alone[*site]) {
             self.renew(site, burns_in)?;
+        }
+        for (block, directions) in self.blocks.iter().zip(&mut self.directions) {
+            let state = (self.blankets, &mut self.values, &mut self.memory);
+            directions.draw(block, state, &mut self.random, burns_in)?;
+            if burns_in {
+                directions.remember(block, self.blankets, &self.values);
+            }
         }
         self.blankets.complete(&mut self.values, &mut self.memory, &mut self.random)?;
         self.draws.extend(kept.iter().map(|slot| self.values[*slot]));

@@ -111,6 +111,7 @@ pub(super) fn evidence(
         match value {
             Value::Ordinal(ordinal) => observations.values[slots.clone()].fill(*ordinal as f64),
             Value::Real(number) => observations.observe(setting, slots.start, *number)?,
+            Value::Vector(numbers) => observations.values[slots.clone()].copy_from_slice(numbers),
             Value::Given(name) => observations.give(setting, slots.clone(), name)?,
         }
         // Barren variables have no number in the network.

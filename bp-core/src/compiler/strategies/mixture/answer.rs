@@ -92,7 +92,7 @@ impl Weighted<'_> {
         let mut cells = vec![0.0; 2];
         for (weight, component) in &self.all {
             let [mean, deviation] = component.law.of_form(&terms, form.constant);
-            let own = probabilities(setting.model, root, (mean, deviation), &leaves);
+            let own = probabilities(setting.model, root, [mean, 0.0, deviation], &leaves);
             cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
         }
         Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])

@@ -131,12 +131,15 @@ pub fn instants(
 fn always(setting: &Setting<'_>, route: &OverTime) -> Instant {
     let mut always: Instant = Vec::new();
     for known in &route.ask().known {
-        let value = match &known.evidence {
-            Finding::Hard(Value::Ordinal(ordinal)) => *ordinal as f64,
-            Finding::Hard(Value::Real(number)) => *number,
-            _ => continue,
-        };
-        always.extend(setting.slots_of(known.variable).map(|slot| (slot, value)));
+        let slots = setting.slots_of(known.variable);
+        match &known.evidence {
+            Finding::Hard(Value::Ordinal(ordinal)) => {
+                always.extend(slots.map(|slot| (slot, *ordinal as f64)))
+            }
+            Finding::Hard(Value::Real(number)) => always.extend(slots.map(|slot| (slot, *number))),
+            Finding::Hard(Value::Vector(numbers)) => always.extend(slots.zip(numbers.iter().copied())),
+            _ => {}
+        }
     }
     always
 }

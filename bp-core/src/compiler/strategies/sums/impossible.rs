@@ -12,7 +12,7 @@ use crate::kernel::OutputKey;
 use crate::lower::lower_guarded;
 use crate::model::{Ask, Finding, Form, Known, Model, Question, Statistic, Value};
 use crate::sample::Observations;
-use crate::spelling::exact;
+use crate::spelling::{exact, list};
 
 /// Upper limit on the products summed to explain the error.
 const MOST_PRODUCTS: f64 = 1e8;
@@ -88,6 +88,7 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
     match &known.evidence {
         Finding::Hard(Value::Ordinal(ordinal)) => format!("{name} = {}", domain.value_spelled(*ordinal)),
         Finding::Hard(Value::Real(number)) => format!("{name} = {}", exact(*number)),
+        Finding::Hard(Value::Vector(numbers)) => format!("{name} = {}", list(numbers)),
         Finding::Hard(Value::Given(given)) => match inputs.find(given) {
             Some([number]) => match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
                 Some(ordinal) => format!("{name} = {}", domain.value_spelled(ordinal)),
@@ -95,10 +96,7 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
             },
             _ => format!("{name} = {given}"),
         },
-        Finding::Virtual(weights) => {
-            let weights: Vec<String> = weights.iter().map(|weight| exact(*weight)).collect();
-            format!("{name} virtual [{}]", weights.join(", "))
-        }
+        Finding::Virtual(weights) => format!("{name} virtual {}", list(weights)),
         Finding::Each | Finding::Soft(_) => name.to_string(),
     }
 }

@@ -11,7 +11,7 @@ use crate::exec::{Guarded, Lanes};
 use crate::ids::{ExpressionId, FactorId};
 use crate::kernel::{Kernel, OutputKey};
 use crate::lower::{Output, lower_guarded};
-use crate::model::{Ask, Expression, Finding, Form, Model, Question, Statistic, VariableUse};
+use crate::model::{Ask, DerivedKind, Expression, Finding, Form, Model, Question, Statistic, VariableUse};
 use crate::operators::{Binary, Unary};
 use crate::posterior::{Table, check};
 
@@ -27,7 +27,7 @@ pub(super) struct Kernels {
     texts: Vec<String>,
     /// For each ask of the route, the index of its table.
     places: Vec<usize>,
-    /// Diracs of reals whose value may not be finite.
+    /// Diracs of reals, and of functions, whose value may not be finite.
     diracs: Vec<FactorId>,
 }
 
@@ -43,8 +43,12 @@ impl Kernels {
         let mut diracs = relevant(model, &exact.asks);
         diracs.retain(|id| {
             let factor = &model.factors[*id];
-            let of_real = |left: &VariableUse| !model.variables[left.variable].domain.is_finite();
-            factor.left.iter().any(of_real) && may_be_infinite(model, &factor.form)
+            // A function's values beyond the range of numbers are none of its domain.
+            let matters = |left: &VariableUse| {
+                let variable = &model.variables[left.variable];
+                !variable.domain.is_finite() || variable.derived == Some(DerivedKind::Function)
+            };
+            factor.left.iter().any(matters) && may_be_infinite(model, &factor.form)
         });
         Ok(Self { ln_evidence, log, lanes, outputs, texts, places, diracs })
     }

@@ -11,7 +11,7 @@ use crate::exec::Inputs;
 use crate::memory;
 use crate::model::{Ask, Finding, Model, Statistic, Value};
 use crate::posterior::{
-    Answer, Drawn, Estimate, Figure, MOST_DRAWS, Part, PartLaw, Row, Slot, argmax, figures,
+    Answer, Drawn, Estimate, Figure, Part, PartLaw, Row, Slot, argmax, check_draws, figures,
 };
 use crate::progress;
 use crate::radix;
@@ -299,11 +299,7 @@ fn drawn(
 ) -> Result<Vec<Row>, Error> {
     let model = setting.model;
     let slots: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
-    let cells = count as f64 * slots.len() as f64;
-    if cells > MOST_DRAWS {
-        let (name, help) = (model.ask_text(ask), "draw fewer values".to_owned());
-        return Err(Error::TooLarge { name, cells, most: MOST_DRAWS, help });
-    }
+    check_draws(|| model.ask_text(ask), count as f64 * slots.len() as f64)?;
     let mut reached = 0.0;
     let sums = (0..draws.count()).map(|draw| {
         reached += draws.weight(draw);
@@ -367,6 +363,8 @@ fn cells(
                 given == Some(*value)
             }
             Some(Value::Real(number)) => setting.value_at(variable, *number) == Some(*value as f64),
+            // A vector has no finite slots.
+            Some(Value::Vector(_)) => false,
         }
     };
     let mut rows = Vec::new();

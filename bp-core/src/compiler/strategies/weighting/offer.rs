@@ -248,6 +248,10 @@ fn steps(
         if model.variables[left].domain.is_finite() || !observed.contains(&left) || !has_point(&factor.form) {
             continue;
         }
+        // The component itself is observed.
+        if model.named_component(left).is_some() {
+            continue;
+        }
         let name = model.variable_name(left);
         let Form::Dirac(value) = factor.form else {
             return Err(format!("`{name}` is observed, but has a `dirac` in part of its form"));

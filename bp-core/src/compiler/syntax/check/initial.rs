@@ -43,8 +43,9 @@ impl Checker<'_> {
     /// Finds the factors of the other instants, once all are known; adds `P(X^-1)` where nothing else distributes it.
     pub(super) fn bind_initials(&mut self) {
         let mut initials = std::mem::take(&mut self.initials);
+        let all: Vec<Factor> = initials.iter().map(|initial| initial.own.clone()).collect();
         for initial in &mut initials {
-            initial.factor = self.continued(initial);
+            initial.factor = self.continued(initial, &all);
             if initial.factor.is_none() {
                 self.broken_heads.insert(initial.key.clone());
             }
@@ -53,8 +54,8 @@ impl Checker<'_> {
         self.initials = initials;
     }
 
-    /// The factor of the same variable that conditions on the instant before.
-    fn continued(&mut self, initial: &Initial) -> Option<FactorId> {
+    /// The factor of the same variable that conditions on the instant before; `all` are the factors of the first instant.
+    fn continued(&mut self, initial: &Initial, all: &[Factor]) -> Option<FactorId> {
         let (head, span) = (&initial.head, initial.span);
         let [left] = initial.own.left.as_slice() else {
             self.complain(span, format!("`{head}` distributes several variables: write a factor for each"));
@@ -90,8 +91,15 @@ impl Checker<'_> {
             self.complain(span, message);
             return None;
         }
+        // A factor that another one replaces at the first instant does not read it there.
+        let is_replaced = |other: &Factor| {
+            let same =
+                |own: &&Factor| own.left.first().map(|use_| use_.variable) == Some(other.left[0].variable);
+            all.iter().find(same).is_some_and(|own| !reads(own, previous))
+        };
         let alone = model.factors.iter().all(|(id, other)| {
             id == factor
+                || is_replaced(other)
                 || !(reads(other, previous) || other.left.iter().any(|use_| use_.variable == previous))
         });
         if alone && model.variables[previous].domain.is_finite() {

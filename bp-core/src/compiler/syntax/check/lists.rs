@@ -1,10 +1,11 @@
 //! Lists as evidence: `Y = [28, 8, -3]` gives each element of a family, or each component of a vector, a value.
 //!
-//! In: an ask as written. Out: the same ask with an item for each value. Invariant: a list of another length is an error.
+//! In: an ask as written. Out: the same ask with an item for each value, where the list is not the value of a vector. Invariant: a
+//! list of another length is an error.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::{Domain, IndexSpace, Model};
-use crate::syntax::ast::{Ask, Expr, ExprKind, Finding, Item, Occurrence, Subject, Value, ValueKind};
+use crate::syntax::ast::{Ask, Expr, ExprKind, Finding, Item, Occurrence, Sign, Subject, Value, ValueKind};
 use std::borrow::Cow;
 
 /// The ask with lists spread over elements.
@@ -27,6 +28,17 @@ fn list(item: &Item) -> Option<&[Value]> {
         Some(Finding::Hard(Value { kind: ValueKind::List(values), .. })) => Some(values),
         _ => None,
     }
+}
+
+/// The numbers of a list; none if a value is given when the question is asked.
+pub(super) fn vector(values: &[Value]) -> Option<Vec<f64>> {
+    let one = |value: &Value| match &value.kind {
+        ValueKind::Number(sign, text) => {
+            super::number(text).map(|number| if *sign == Sign::Minus { -number } else { number })
+        }
+        _ => None,
+    };
+    values.iter().map(one).collect()
 }
 
 /// An item for each value of a list.
@@ -59,6 +71,9 @@ fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
         let message = format!("`{}` has {count} {what}, but {found} values are given", name.text);
         wrong.push(Diagnostic::new(item.at.0, message));
         return Vec::new();
+    }
+    if variable.family.is_none() && vector(values).is_some() {
+        return vec![item];
     }
     let one = |(place, value): (i64, &Value)| {
         let index = vec![Expr { at: value.at, kind: ExprKind::Number((first + place).to_string()) }];

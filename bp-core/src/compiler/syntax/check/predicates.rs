@@ -110,14 +110,22 @@ impl Checker<'_> {
         }
     }
 
-    /// Whether an expression divides by a variable, or takes a root or a logarithm of one.
+    /// Whether an expression may have no value: it divides, or takes a root or a logarithm, where finite variables may make it no
+    /// number or an infinite one, and where reals may make it no number.
     fn may_be_undefined(&self, root: ExpressionId) -> bool {
         let model = self.model.so_far();
         let reads = |id: ExpressionId| {
             model.nodes_below(id).iter().any(|id| matches!(model.expressions[*id], Expression::Variable(_)))
         };
-        model.nodes_below(root).into_iter().any(|id| match model.expressions[id] {
-            Expression::Binary(Binary::Divide | Binary::Remainder | Binary::Power, _, right) => reads(right),
+        let is_whole =
+            |id: ExpressionId| model.constant(id).is_some_and(|power| power.fract() == 0.0 && power >= 0.0);
+        let may_be = |id: ExpressionId| match model.expressions[id] {
+            Expression::Binary(Binary::Divide | Binary::Remainder, _, by) => {
+                reads(by) || model.constant(by) == Some(0.0)
+            }
+            Expression::Binary(Binary::Power, base, exponent) => {
+                reads(exponent) || reads(base) && !is_whole(exponent)
+            }
             Expression::Unary(
                 Unary::NaturalLogarithm
                 | Unary::SquareRoot
@@ -127,6 +135,20 @@ impl Checker<'_> {
                 operand,
             ) => reads(operand),
             _ => false,
+        };
+        let grows = |id: ExpressionId| {
+            matches!(
+                model.expressions[id],
+                Expression::Unary(Unary::Exponential, _)
+                    | Expression::Binary(Binary::Multiply | Binary::Power, ..)
+            )
+        };
+        model.nodes_below(root).into_iter().any(|id| match may_be(id) || grows(id) {
+            true => match model.values_of(id) {
+                Some(values) => values.iter().any(|value| !value.is_finite()),
+                None => may_be(id),
+            },
+            false => false,
         })
     }
 }

@@ -280,6 +280,11 @@ fn value(
         {
             return Some(Value::Given(name.text.clone()));
         }
+        (ValueKind::List(values), Domain::Vector(_)) if !is_family => {
+            if let Some(numbers) = super::lists::vector(values) {
+                return Some(Value::Vector(numbers));
+            }
+        }
         (ValueKind::Number(sign, text), Domain::Real) if !is_family => {
             if let Some(number) = number(text) {
                 return Some(Value::Real(if *sign == Sign::Minus { -number } else { number }));
