@@ -18,7 +18,7 @@ impl Posterior {
     /// The mean of its variable; `true` counts as 1.
     ///
     /// # Errors
-    /// It has several variables, instants or contexts, one of which must be chosen; its values are labels.
+    /// It has several variables, instants or contexts, one of which must be chosen; its values are labels, or lie on a circle.
     pub fn mean(&self) -> Result<f64, Error> {
         self.mean_and_error().map(|[mean, _]| mean)
     }
@@ -29,6 +29,7 @@ impl Posterior {
     /// As [`Posterior::mean`].
     pub fn mean_and_error(&self) -> Result<[f64; 2], Error> {
         let (part, slot) = self.single()?;
+        self.not_on_a_circle(slot, "where a mean depends on the place of the cut")?;
         Ok(match &part.law {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
@@ -43,6 +44,18 @@ impl Posterior {
                 }
             },
         })
+    }
+
+    /// Refuses a variable whose values lie on a circle.
+    fn not_on_a_circle(&self, slot: &Slot, why: &str) -> Result<(), Error> {
+        let domain = &self.model().variables[slot.variable].domain;
+        match domain.bins().is_some_and(|bins| bins.is_circle()) {
+            true => {
+                let name = slot.name(self.model());
+                Err(self.lookup(format!("the values of `{name}` lie on a circle, {why}")))
+            }
+            false => Ok(()),
+        }
     }
 
     /// The variance of its variable.
@@ -158,13 +171,7 @@ impl Posterior {
             return Err(self.lookup(format!("a quantile needs a probability between 0 and 1, not {level}")));
         }
         self.numbers_of(slot)?;
-        let domain = &self.model().variables[slot.variable].domain;
-        if domain.bins().is_some_and(|bins| bins.is_circle()) {
-            let name = slot.name(self.model());
-            return Err(
-                self.lookup(format!("the values of `{name}` lie on a circle, which has no first one"))
-            );
-        }
+        self.not_on_a_circle(slot, "which has no first one")?;
         let (quantile, error) = part.quantiles(self.model(), 0, &[level])[0];
         Ok([quantile, error.unwrap_or(0.0)])
     }

@@ -205,9 +205,7 @@ impl Model {
     /// The vector of which a variable of a question is one component, and the number of this component.
     pub(crate) fn named_component(&self, variable: VariableId) -> Option<(&VariableUse, usize)> {
         match self.factors[self.factor_of(variable)?].form {
-            Form::Dirac(value) if self.variables[variable].derived == Some(DerivedKind::Element) => {
-                self.component_of(value)
-            }
+            Form::Dirac(value) if self.variables[variable].derived.is_some() => self.component_of(value),
             _ => None,
         }
     }

@@ -200,7 +200,7 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
     match ask.statistic {
         Statistic::Expectation | Statistic::Variance | Statistic::Quantile(_) | Statistic::Interval(_) => {
             let ordered = ask.statistic.levels().is_some();
-            let without = |id: &VariableId| !is_number(model, *id) || ordered && is_circle(model, *id);
+            let without = |id: &VariableId| !is_number(model, *id) || is_circle(model, *id);
             let variable = ask.searched.iter().map(|searched| searched.variable).find(without)?;
             let (name, word) = (model.variable_name(variable), ask.statistic.word());
             let what = word.split('(').next().unwrap_or(&word);
@@ -208,9 +208,10 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
                 Some(_) => format!("`{name}` is a family: it has no one {what}"),
                 None => {
                     let text = model.domain_text(&model.variables[variable].domain);
-                    let why = match is_circle(model, variable) {
-                        true => "whose values have no first",
-                        false => "which are not numbers",
+                    let why = match (is_circle(model, variable), ordered) {
+                        (true, true) => "whose values have no first",
+                        (true, false) => "whose numbers depend on where it is cut",
+                        (false, _) => "which are not numbers",
                     };
                     format!("`{name}` is `{text}`, {why}: it has no {what}")
                 }

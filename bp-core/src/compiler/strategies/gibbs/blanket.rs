@@ -170,7 +170,10 @@ impl<'s> Blankets<'s> {
         let mut ln = 0.0;
         for node in &self.nodes {
             ln += match node {
-                Node::Weighed(instance) if self.is_flat(instance) && values[instance.left[0]].is_nan() => {
+                Node::Weighed(instance) if self.is_flat(instance) && !values[instance.left[0]].is_nan() => {
+                    self.ln_density(node, &mut values)?
+                }
+                Node::Weighed(instance) if self.is_flat(instance) => {
                     let drawn = Law::Normal.draw(random, &[0.0, 1.0]);
                     values[instance.left[0]] = if self.is_half_flat(instance) { drawn.abs() } else { drawn };
                     0.0

@@ -13,6 +13,7 @@ use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law};
 use crate::model::{Domain, Expression, Form, VariableUse};
 use crate::source::Span;
+use crate::spelling::exact;
 use crate::syntax::ast::{Expr, ExprKind, Name};
 
 /// The forms that are not in [`Law`].
@@ -229,7 +230,19 @@ impl Checker<'_> {
             self.complain(span, message);
             return None;
         }
-        self.numbers(given, scope)
+        let numbers = self.numbers(given, scope)?;
+        let model = self.model.so_far();
+        let below_0 = |id: &ExpressionId| model.constant(*id).filter(|number| *number < 0.0);
+        match numbers.iter().find_map(below_0).filter(|_| what == "count") {
+            Some(number) => {
+                self.complain(
+                    span,
+                    format!("a count of `{name}` is at least 0, but this is {}", exact(number)),
+                );
+                None
+            }
+            None => Some(numbers),
+        }
     }
 
     /// One probability for each variable on the right, and optionally a leak.
