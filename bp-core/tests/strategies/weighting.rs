@@ -40,7 +40,10 @@ fn an_event_of_all_draws_has_probability_one() {
     for seed in 1..4 {
         let answer = asked(&model, "P(K | Y = 1000)", 10_000, seed);
         let found: Vec<f64> = answer.answer.iter().map(|row| row.p().unwrap()).collect();
-        assert_eq!((found, answer.parts[0].probabilities().unwrap().to_vec()), (vec![0.0, 1.0], vec![0.0, 1.0]));
+        assert_eq!(
+            (found, answer.parts[0].probabilities().unwrap().to_vec()),
+            (vec![0.0, 1.0], vec![0.0, 1.0])
+        );
     }
 }
 

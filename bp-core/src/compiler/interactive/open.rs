@@ -85,7 +85,7 @@ fn control(model: &Model, known: &Known, others: &[Control]) -> Option<(String, 
         Finding::Hard(Value::Real(number)) => (own.clone(), *number),
         Finding::Hard(Value::Given(name)) => (name.clone(), first(model, known.variable, name)),
         Finding::Each => (own.clone(), first(model, known.variable, &own)),
-        Finding::Virtual(_) | Finding::Soft(_) => return None,
+        Finding::Hard(Value::Vector(_)) | Finding::Virtual(_) | Finding::Soft(_) => return None,
     };
     let made = |name: &str| Control::of_evidence(name, &own, &variable.domain, value);
     // Two values of one variable in one question have names of their own.
