@@ -6,12 +6,14 @@
 
 use super::nest::Nests;
 use crate::ids::{AxisId, BufferId, ValueId};
-use crate::kernel::schedule::{Loops, roots};
+use crate::kernel::schedule::{Loops, reachable, roots};
 use crate::kernel::{Index, Kernel, Node, Reduce};
+use crate::operators::Unary;
 use std::collections::{BTreeSet, HashMap};
 
-/// The longest axis that is unrolled.
-const WRITTEN_OUT: usize = 4;
+/// The longest axis that is unrolled, in a nest of arithmetic and in one that calls functions: several of their polynomials at
+/// once do not fit in registers.
+const WRITTEN_OUT: [usize; 2] = [8, 4];
 
 /// Limit of the copies of a nest.
 const MOST_COPIES: usize = 16;
@@ -44,7 +46,20 @@ impl Fused<'_> {
 
 /// The known, short axes of a nest.
 pub(super) fn written_out(kernel: &Kernel, loops: &Loops) -> Vec<AxisId> {
-    let short = |axis: &&AxisId| kernel.axes[**axis].extent.known().is_some_and(|count| count <= WRITTEN_OUT);
+    let calls = |value: &ValueId| match &kernel.nodes[*value] {
+        Node::Unary(operator, _) => !matches!(operator, Unary::Negate | Unary::Not | Unary::Absolute),
+        Node::Mass(..) => true,
+        _ => false,
+    };
+    // Values that are the same in all lanes are computed outside them.
+    let lane = kernel.parallel.last();
+    let varies = |value: &ValueId| {
+        let parts = reachable(kernel, *value);
+        parts.into_iter().any(|part| kernel.nodes[part].axes().iter().any(|axis| Some(axis) == lane))
+    };
+    let has_calls = loops.levels.iter().flatten().any(|value| calls(value) && varies(value));
+    let most = WRITTEN_OUT[usize::from(has_calls)];
+    let short = |axis: &&AxisId| kernel.axes[**axis].extent.known().is_some_and(|count| count <= most);
     loops.outer.iter().chain(&loops.inner).filter(short).copied().collect()
 }
 

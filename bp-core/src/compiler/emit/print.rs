@@ -163,6 +163,11 @@ pub(super) fn expression(it: &Expression) -> String {
         (Operation::ReadTile, [place, source, copies, slot]) => {
             format!("read_tile({place}, {source}, &{copies}[..], {slot}, at)")
         }
+        (Operation::Row, [place, source, copies]) => {
+            format!("row_at({place}, {source}, &{copies}[..], width)")
+        }
+        (Operation::TileOf, [row]) => format!("tile_of({row}, at)"),
+        (Operation::Kept, [tile]) => format!("&{tile}"),
         (Operation::OneFor, [x]) => format!("&[{x}]"),
         (Operation::Source, [array]) => format!("&{array}[..]"),
         (Operation::NoSource, []) => "&[]".to_owned(),
@@ -206,7 +211,7 @@ fn statement(it: &Statement, text: &mut Text) {
                 Type::Truth => "bool",
                 Type::Place => "Place",
                 Type::Lanes => "&[T]",
-                Type::Tile => "Tile<T>",
+                Type::Tile => "&[T; TILE]",
             };
             text.line(format!("let {}: {of} = {};", name(local), expression(value)));
         }
@@ -303,7 +308,7 @@ fn statement(it: &Statement, text: &mut Text) {
             let is_linear = matches!(how, Look::Totals { is_linear: true });
             // The last tile of a row begins with lanes that were counted in the previous tile.
             text.line(format!(
-                "suspects += suspect_tile(&{}, tile - at, count, {});",
+                "suspect_tile(&mut small, &{}, tile - at, count, {});",
                 name(tile),
                 least(is_linear)
             ));

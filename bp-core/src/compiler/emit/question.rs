@@ -15,7 +15,10 @@ use super::uniform::with_uniform_conditions;
 use super::values::Enums;
 use crate::ids::{BufferId, Id};
 use crate::kernel::schedule::{Group, Schedule};
-use crate::kernel::{Buffer, Check, Kernel, Numbers, Role, Values, with_plate};
+use crate::kernel::{
+    Buffer, Check, Kernel, Numbers, Role, USUAL_DISPLACEMENTS, Values, has_loop, with_plate,
+    with_usual_displacements,
+};
 use crate::lower::Lowered;
 use crate::model::{Model, Question};
 
@@ -94,9 +97,22 @@ pub(super) fn computation(
         next += numbers.max(1);
         match (numbers, group.parallel) {
             (2.., _) => numbers_once(kernel, &schedule, &rest[..numbers], is_linear, text),
-            (_, true) => parallel(kernel, &schedule, group, (is_linear, false), text),
+            (_, true) => {
+                rooms(kernel, &schedule, group, text);
+                let usual =
+                    with_usual_displacements(kernel).filter(|(axis, _)| has_loop(kernel, group, *axis));
+                if let Some((axis, known)) = &usual {
+                    text.open(format!("if {} == {USUAL_DISPLACEMENTS}", local("e", *axis)));
+                    parallel(known, &schedule, group, (is_linear, false), text);
+                    text.close();
+                    text.open("else");
+                }
+                parallel(kernel, &schedule, group, (is_linear, false), text);
+                usual.iter().for_each(|_| text.close());
+            }
             _ => match with_plate(kernel, group.nests[0].nest) {
                 Some((own, schedule)) => {
+                    rooms(&own, &schedule, &schedule.groups[0], text);
                     parallel(&own, &schedule, &schedule.groups[0], (is_linear, true), text)
                 }
                 None => Nests::new(kernel, &schedule, group, is_linear).serial(text),
@@ -305,6 +321,17 @@ pub(super) fn room(kernel: &Kernel, id: BufferId, text: &mut Text) {
     }
 }
 
+/// The buffers of a group that others read.
+fn shared(kernel: &Kernel, schedule: &Schedule, group: &Group) -> Vec<BufferId> {
+    let made = group.nests.iter().map(|nest| kernel.nests[nest.nest].out);
+    made.filter(|out| !schedule.local[out.position()]).collect()
+}
+
+/// Allocates them.
+fn rooms(kernel: &Kernel, schedule: &Schedule, group: &Group, text: &mut Text) {
+    shared(kernel, schedule, group).into_iter().for_each(|out| room(kernel, out, text));
+}
+
 /// Writes a pass over a plate. A pass over its own axes is computed once, in f64 like all values that are computed
 /// once.
 fn parallel(
@@ -314,14 +341,7 @@ fn parallel(
     (is_linear, in_f64): (bool, bool),
     text: &mut Text,
 ) {
-    let mut shared: Vec<BufferId> = Vec::new();
-    for nest in &group.nests {
-        let out = kernel.nests[nest.nest].out;
-        if !schedule.local[out.position()] {
-            room(kernel, out, text);
-            shared.push(out);
-        }
-    }
+    let shared = shared(kernel, schedule, group);
     let (lane, rows) = kernel.parallel.split_last().expect("internal: a parallel group has axes");
     let row_count: Vec<String> = rows.iter().map(|axis| local("e", *axis)).collect();
     let (units, unit) = match rows.is_empty() {

@@ -45,6 +45,14 @@ impl Nests<'_> {
             .map(|out| format!("suspects += suspect_planes(&doubt, {});", name(&Of::Planes(*out).into())))
             .collect();
         let sums = if counted.is_empty() { "" } else { "let mut doubt: Doubt<T> = Doubt::default();" };
-        [format!("let mut suspects: usize = 0;\n{sums}"), counted.join("\n")]
+        let has_totals = self.kernel.checks.iter().any(|(_, check)| *check == Check::Total);
+        let [small, counted_small] = match has_totals {
+            true => ["let mut small: Suspects = Suspects::default();", "suspects += suspects_of(&small);"],
+            false => [""; 2],
+        };
+        [
+            format!("let mut suspects: usize = 0;\n{sums}\n{small}"),
+            format!("{}\n{counted_small}", counted.join("\n")),
+        ]
     }
 }

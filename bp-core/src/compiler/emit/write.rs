@@ -40,6 +40,8 @@ struct Parts {
     named: BTreeSet<Instance>,
     /// Fetched lanes: whether inside the item's loop, and their source.
     fetched: Vec<(Instance, bool, Origin)>,
+    /// Fetched lanes that no earlier item of the run has fetched, outside the item's loop.
+    rows: Vec<Statement>,
     /// Numbers that change inside the item's loop.
     numbers: Vec<Instance>,
     /// Computed tiles: name of the copy, buffer, and plane.
@@ -70,11 +72,14 @@ impl Nests<'_> {
         shared: &[BufferId],
         rooms: &mut BTreeMap<Local, Room>,
     ) -> Vec<Statement> {
-        let parts: Vec<Parts> = run.items.iter().map(|fused| self.parts(run, fused)).collect();
+        let mut known: BTreeSet<Instance> = BTreeSet::new();
+        let parts: Vec<Parts> = run.items.iter().map(|fused| self.parts(run, fused, &mut known)).collect();
         let mut made = Vec::new();
         for (fused, parts) in run.items.iter().zip(&parts) {
             made.extend(self.settle(fused, parts, rooms));
         }
+        // After all lanes have been copied, because a row borrows the copies.
+        made.extend(parts.iter().flat_map(|parts| parts.rows.iter().cloned()));
         // Of known length, so that no index is checked in the loop over tiles.
         for (fused, parts) in run.items.iter().zip(&parts) {
             let Some(axis) = fused.axis else { continue };
@@ -102,7 +107,8 @@ impl Nests<'_> {
         made
     }
 
-    fn parts(&mut self, run: &Run<'_>, fused: &Fused<'_>) -> Parts {
+    /// The parts of an item. `known` are the values that the block has before its tiles.
+    fn parts(&mut self, run: &Run<'_>, fused: &Fused<'_>, known: &mut BTreeSet<Instance>) -> Parts {
         let mut parts = Parts::default();
         for loops in &fused.nests {
             let short = written_out(self.kernel, loops);
@@ -111,7 +117,7 @@ impl Nests<'_> {
             needed.iter().for_each(|value| self.depth[value.position()] = 0);
             let mut made: Vec<Vec<usize>> = Vec::new();
             for choice in choices(self.kernel, &short) {
-                needed.iter().for_each(|value| self.put(run, fused, *value, &choice, &mut parts));
+                needed.iter().for_each(|value| self.put(run, fused, (*value, &choice), known, &mut parts));
                 let root = self.lane_in(&self.operand(nest.value, 0), &choice);
                 let copy = self.copy(self.kernel.buffers[nest.out].axes.iter().copied(), &choice);
                 let cell = Local::new(Of::Cell(nest.out), &copy);
@@ -150,7 +156,14 @@ impl Nests<'_> {
     }
 
     /// Adds a value to the part in which it is computed.
-    fn put(&self, run: &Run<'_>, fused: &Fused<'_>, value: ValueId, choice: &Choice, parts: &mut Parts) {
+    fn put(
+        &self,
+        run: &Run<'_>,
+        fused: &Fused<'_>,
+        (value, choice): (ValueId, &Choice),
+        known: &mut BTreeSet<Instance>,
+        parts: &mut Parts,
+    ) {
         let copy = self.copy_of(value, choice);
         if !parts.named.insert(copy.clone()) {
             return;
@@ -162,7 +175,7 @@ impl Nests<'_> {
             made.extend(self.settled(value));
             made.push(self.splat(value));
             if inside {
-                parts.numbers.push(copy);
+                parts.numbers.push(copy.clone());
             }
         } else if let (Node::Load { buffer, indices, .. }, true) =
             (&self.kernel.nodes[value], self.is_fetched(value))
@@ -176,12 +189,20 @@ impl Nests<'_> {
             parts.lanes.push(lane(Operation::LaneOf(local(Of::Fetched, &copy)).alone()));
             if self.is_made_in(run, *buffer) {
                 let plane = self.instance(&self.planes(*buffer, indices), choice);
-                let kept = Operation::At(Of::Tiles(*buffer).into()).of([plane]);
+                let kept = Operation::Kept.of([Operation::At(Of::Tiles(*buffer).into()).of([plane])]);
                 parts.fetched.push((copy, inside, Origin::Kept(kept)));
                 return;
             }
-            made = self.fetch(value, &slot(fused.axis.filter(|_| inside)), Grain::Tile);
-            parts.fetched.push((copy, inside, Origin::Array(self.source(*buffer))));
+            let grain = if inside { Grain::Tile } else { Grain::Block };
+            made = self.fetch(value, &slot(fused.axis.filter(|_| inside)), grain);
+            let source = self.source(*buffer);
+            parts.fetched.push((copy.clone(), inside, Origin::Array(source.clone())));
+            if !inside && !known.contains(&copy) {
+                let [place, copies] =
+                    [local(Of::Place, &copy), local(Of::Copies, &copy)].map(Expression::from);
+                let row = Operation::Row.of([place, source, copies]);
+                parts.rows.push(Statement::Let(local(Of::Fetched, &copy), Type::Lanes, row));
+            }
         } else {
             parts.lanes.push(lane(self.lane_in(&self.lane(value, 0), choice)));
             return;
@@ -193,7 +214,11 @@ impl Nests<'_> {
             }
             other => other,
         });
-        if inside { parts.inside.extend(made) } else { parts.outside.extend(made) }
+        match inside {
+            true => parts.inside.extend(made),
+            false if known.insert(copy) => parts.outside.extend(made),
+            false => {}
+        }
     }
 
     /// An expression of one lane; fetched lanes are named already.
@@ -311,6 +336,7 @@ impl Nests<'_> {
             };
             let tile = match origin {
                 Origin::Kept(tile) => tile.clone(),
+                Origin::Array(_) if !inside => Operation::TileOf.of([local(Of::Fetched, copy).into()]),
                 Origin::Array(source) => {
                     let copies = local(Of::Copies, copy).into();
                     Operation::ReadTile.of([place, source.clone(), copies, slot(axis)])

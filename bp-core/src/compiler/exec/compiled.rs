@@ -13,10 +13,10 @@ mod tile;
 pub use super::values::{Domain, Numbers};
 pub use best::{Distributions, least_tied};
 pub use door::{Value, bin, cell, cells, needed, place, whole};
-pub use place::{Place, fetch, fetch_turned, fill, read_tile, splat};
+pub use place::{Place, fetch, fetch_turned, fill, read_tile, row_at, splat, tile_of};
 pub use report::{
-    Compiled, Report, has_nan, only_if, put, suspect_numbers, suspect_planes, suspect_tile, suspect_totals,
-    without_nan,
+    Compiled, Report, Suspects, has_nan, only_if, put, suspect_numbers, suspect_planes, suspect_tile,
+    suspect_totals, suspects_of, without_nan,
 };
 pub use step::{add_up, covariances, largest, means, number};
 pub use tile::{Aligned, Doubt, LINE, TILE, Tile, doubt_numbers, on_a_line, write_numbers, write_tile};

@@ -15,6 +15,7 @@ mod plate;
 mod rewrite;
 pub mod schedule;
 mod shift;
+mod usual;
 mod validate;
 mod values;
 mod words;
@@ -25,6 +26,7 @@ pub use key::{Coordinate, Displacements, GridAxis, InputKey, OutputKey, Size, Si
 pub(crate) use plate::with_plate;
 pub(crate) use rewrite::{rewritten, without_copies};
 pub(crate) use shift::share_between_neighbours;
+pub(crate) use usual::{USUAL_DISPLACEMENTS, has_loop, with_usual_displacements};
 pub use values::{Numbers, Values};
 pub use words::in_words;
 

@@ -4,6 +4,7 @@
 
 use super::plate::own_plate;
 use super::schedule::{Group, Schedule};
+use super::usual::{USUAL_DISPLACEMENTS, has_loop, with_usual_displacements};
 use super::{Extent, Kernel, Reduce, Role};
 use crate::ids::{AxisId, BufferId, Id};
 
@@ -32,10 +33,40 @@ pub fn in_words(kernel: &Kernel) -> Vec<String> {
         let found: Vec<String> = found.map(|(id, _)| buffer(kernel, id, false)).collect();
         (!found.is_empty()).then(|| format!("{verb}: {}", found.join(", ")))
     };
+    lines.extend(unrolled(kernel, &schedule));
     lines.extend(line("reads", &|role| matches!(role, Role::Input { .. })));
     lines.extend(line("looks up", &|role| matches!(role, Role::Table { .. } | Role::Positions(..))));
     lines.extend(line("writes", &|role| matches!(role, Role::Output(_))));
     lines
+}
+
+/// The number of displacements for which emitted Rust also has a pass without loops over them, and what a cell then costs in
+/// memory.
+fn unrolled(kernel: &Kernel, schedule: &Schedule) -> Option<String> {
+    let (axis, known) = with_usual_displacements(kernel)?;
+    let is_looped = |group: &&Group| group.parallel && has_loop(kernel, group, axis);
+    schedule.groups.iter().find(is_looped)?;
+    let is_of_cells = |id: BufferId| kernel.parallel.iter().all(|own| known.buffers[id].axes.contains(own));
+    let others = |id: BufferId| -> Vec<AxisId> {
+        known.buffers[id].axes.iter().copied().filter(|own| !kernel.parallel.contains(own)).collect()
+    };
+    // The numbers of a cell: the product of the other axes.
+    let numbers = |wanted: &dyn Fn(&Role) -> bool| {
+        let found = known.buffers.ids().filter(|id| wanted(&known.buffers[*id].role) && is_of_cells(*id));
+        let each = found.map(|id| match others(id).as_slice() {
+            [] => "1".to_owned(),
+            own => axes(&known, own),
+        });
+        each.collect::<Vec<String>>().join(" + ")
+    };
+    let within = known.buffers.ids().filter(|id| schedule.local[id.position()] && is_of_cells(*id));
+    let kept: usize = within.filter_map(|id| known.known_cells(&others(id))).sum();
+    Some(format!(
+        "for {USUAL_DISPLACEMENTS} displacements, emitted Rust unrolls the loops over them: a cell reads {} numbers, writes {}, \
+         and has {kept} more in no array",
+        numbers(&|role| matches!(role, Role::Input { .. })),
+        numbers(&|role| matches!(role, Role::Output(_)))
+    ))
 }
 
 /// One pass: its cells, and the nests that share it.

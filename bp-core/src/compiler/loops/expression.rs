@@ -130,6 +130,12 @@ pub(crate) enum Operation {
     LanesAt,
     /// place, source, copies, slot: the tile at a place.
     ReadTile,
+    /// place, source, copies: the lanes at a place, at least a tile of them.
+    Row,
+    /// The tile of such lanes.
+    TileOf,
+    /// The tile that another item keeps.
+    Kept,
     /// One number for all lanes.
     OneFor,
     /// The array of fetched lanes; `NoSource` if it does not hold numbers of the type of the lanes.

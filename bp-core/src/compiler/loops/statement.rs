@@ -21,7 +21,7 @@ pub(crate) enum Type {
     Place,
     /// The lanes of a block.
     Lanes,
-    /// The lanes of a tile.
+    /// The lanes of a tile, where they are.
     Tile,
 }
 

@@ -4,7 +4,7 @@
 //! contiguous are copied; nothing is allocated.
 
 use super::super::scalar::Scalar;
-use super::tile::{Aligned, TILE, Tile};
+use super::tile::TILE;
 
 /// The location of the lanes of a block: in the array that is read, or in a copy. Lanes are read in *grains*, a tile or
 /// the whole block: a grain is read in the array if all its lanes are there. It fits two registers.
@@ -36,12 +36,29 @@ impl Place {
 
 /// A tile of the lanes of a place, from `at` on; copied lanes begin at `slot`.
 #[inline(always)]
-pub fn read_tile<T: Scalar>(place: Place, source: &[T], copy: &[T], slot: usize, at: usize) -> Tile<T> {
-    let (lanes, at) = match place.from as usize <= at && at + TILE <= place.until as usize {
-        true => (source, place.at.wrapping_add(at)),
-        false => (copy, slot + at),
-    };
-    Aligned(lanes[at..at + TILE].try_into().expect("internal: a whole tile"))
+pub fn read_tile<'s, T: Scalar>(
+    place: Place,
+    source: &'s [T],
+    copy: &'s [T],
+    slot: usize,
+    at: usize,
+) -> &'s [T; TILE] {
+    match place.from as usize <= at && at + TILE <= place.until as usize {
+        true => tile_of(source, place.at.wrapping_add(at)),
+        false => tile_of(copy, slot + at),
+    }
+}
+
+/// The lanes of a place whose grain is the whole block: at least a tile, of which the first `width` have a meaning.
+#[inline(always)]
+pub fn row_at<'s, T>(place: Place, source: &'s [T], copy: &'s [T], width: usize) -> &'s [T] {
+    &place.of(source, copy)[..width.max(TILE)]
+}
+
+/// A tile of a row, from `at` on.
+#[inline(always)]
+pub fn tile_of<T>(row: &[T], at: usize) -> &[T; TILE] {
+    row[at..].first_chunk().expect("internal: a whole tile")
 }
 
 /// Consecutive lanes from `at` on. Those of a block narrower than a tile are copied, so that whole tiles can be read.
@@ -209,6 +226,11 @@ mod tests {
                     };
                     if grain != TILE {
                         check(place.of(&source, &copy[SLOT..]), 0);
+                        let whole = row_at(place, &source, &copy[SLOT..], width);
+                        check(&whole[..width], 0);
+                        (0..=width.saturating_sub(TILE))
+                            .step_by(7)
+                            .for_each(|at| check(&tile_of(whole, at)[..], at));
                         continue;
                     }
                     for tile in (0..width).step_by(TILE) {

@@ -5,8 +5,9 @@
 
 use super::super::Outputs;
 use super::super::scalar::Scalar;
-use super::tile::{Doubt, TILE, Tile};
+use super::tile::{Aligned, Doubt, TILE, Tile};
 use crate::kernel::OutputKey;
+use std::ops::Range;
 
 /// The report of a question beside its answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -50,11 +51,38 @@ pub fn suspect_numbers<T: Scalar>(numbers: &[T]) -> usize {
     numbers.iter().filter(|number| is_nan(**number)).count()
 }
 
-/// The number of suspect totals in a tile, from `from` to `count`.
+/// The numbers of suspect totals in the tiles of a pass, lane by lane: a sum over lanes for each tile would take longer than
+/// the rest of a small one.
+pub type Suspects = Aligned<[u32; TILE]>;
+
+impl Default for Suspects {
+    #[inline(always)]
+    fn default() -> Self {
+        Self([0; TILE])
+    }
+}
+
+/// Counts the suspect totals of a tile, from `from` to `count`.
 #[inline(always)]
-pub fn suspect_tile<T: Scalar>(tile: &Tile<T>, from: usize, count: usize, least: T) -> usize {
-    let lanes = if from == 0 && count == TILE { &tile[..] } else { &tile[from..count] };
-    lanes.iter().fold(0u32, |suspects, lane| suspects + u32::from(is_suspect(*lane, least))) as usize
+pub fn suspect_tile<T: Scalar>(found: &mut Suspects, tile: &Tile<T>, from: usize, count: usize, least: T) {
+    if from > 0 || count < TILE {
+        return suspect_part(found, *tile, from..count, least);
+    }
+    for (found, lane) in found.iter_mut().zip(tile.iter()) {
+        *found += u32::from(is_suspect(*lane, least));
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn suspect_part<T: Scalar>(found: &mut Suspects, tile: Tile<T>, lanes: Range<usize>, least: T) {
+    found[0] += tile[lanes].iter().filter(|lane| is_suspect(**lane, least)).count() as u32;
+}
+
+/// Their number.
+#[inline(always)]
+pub fn suspects_of(found: &Suspects) -> usize {
+    found.iter().map(|count| *count as usize).sum()
 }
 
 /// The number of NaNs in these planes; they are searched only if the sum in `doubt` is NaN.
@@ -98,7 +126,7 @@ pub fn put<T: Scalar>(found: &Outputs<f64>, key: OutputKey, cells: &mut [T]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tile::{Aligned, doubt_numbers, write_numbers};
+    use super::super::tile::{doubt_numbers, write_numbers};
     use super::*;
 
     #[test]
@@ -110,10 +138,13 @@ mod tests {
     #[test]
     fn suspects_are_counted_once() {
         let mut lanes = [1f32; TILE];
-        (lanes[0], lanes[3], lanes[5], lanes[63]) = (0.0, f32::NAN, f32::INFINITY, -1.0);
+        (lanes[0], lanes[3], lanes[5], lanes[TILE - 1]) = (0.0, f32::NAN, f32::INFINITY, -1.0);
         let tile = Aligned(lanes);
-        assert_eq!(suspect_tile(&tile, 0, TILE, 0.0), 4);
-        assert_eq!((suspect_tile(&tile, 1, TILE, 0.0), suspect_tile(&tile, 0, 3, 0.0)), (3, 1));
+        let mut found = Suspects::default();
+        for (from, count, suspects) in [(0, TILE, 4), (1, TILE, 4 + 3), (0, 3, 4 + 3 + 1)] {
+            suspect_tile(&mut found, &tile, from, count, 0.0);
+            assert_eq!(suspects_of(&found), suspects);
+        }
         assert_eq!((suspect_totals(&lanes, 0.0), suspect_totals(&lanes, 1.0)), (4, TILE));
         assert_eq!(suspect_numbers(&lanes), 1);
         assert!(has_nan(&[&lanes[..3], &lanes[3..4]]) && !has_nan(&[&lanes[..3]]));
@@ -121,7 +152,7 @@ mod tests {
 
     #[test]
     fn suspect_numbers_are_counted() {
-        for (count, wrong, found) in [(TILE, 63, 1), (TILE, TILE, 0), (40, 39, 1), (40, 40, 0)] {
+        for (count, wrong, found) in [(TILE, TILE - 1, 1), (TILE, TILE, 0), (20, 19, 1), (20, 20, 0)] {
             let mut tile = Aligned([1f32; TILE]);
             tile.iter_mut().skip(wrong).for_each(|lane| *lane = f32::NAN);
             let (mut doubt, mut plane) = (Doubt::default(), vec![2f32; TILE + 3]);

@@ -6,8 +6,9 @@
 use super::super::scalar::Scalar;
 use std::ops::{Deref, DerefMut};
 
-/// Lanes in a tile: few enough for registers and the first-level cache, enough to amortise address computation.
-pub const TILE: usize = 64;
+/// Lanes in a tile: few enough for registers and the first-level cache, enough to amortise address computation, and
+/// enough that the compiler makes SIMD of the loop over them, which it would write out if they were fewer.
+pub const TILE: usize = 32;
 
 /// Numbers aligned to a cache line: spilled registers are then stored and loaded without crossing lines, which would
 /// take twice the time.

@@ -1,9 +1,11 @@
 //! The functions of f32.
 //!
-//! In: a number. Out: a number. Invariant: no branches and no calls; the relative error is below 4e-7 (tested).
+//! In: a number. Out: a number. Invariant: no branches and no calls; the relative error is below 4e-7 (tested), and that of
+//! −p ln p below 2.5e-7 p + 2e-7 of the result.
 //!
 //! Logarithm and exponential: reduction to [√½, √2) and [−½ ln 2, ½ ln 2], then minimax polynomials with the
-//! coefficients of S. Moshier's Cephes library. erfc: the Chebyshev fit of Press et al., *Numerical Recipes*,
+//! coefficients of S. Moshier's Cephes library. −p ln p: the same reduction, and a shorter minimax polynomial of ln(1 + f)/f,
+//! weighted by f. erfc: the Chebyshev fit of Press et al., *Numerical Recipes*,
 //! 2nd ed., section 6.2.
 
 use super::Scalar;
@@ -27,14 +29,20 @@ fn polynomial<const N: usize>(x: f32, coefficients: [f32; N]) -> f32 {
     sum
 }
 
-/// ln(x · 2ⁿ) of a normal x > 0. x = m · 2ᵉ with m in [√½, √2): subtracting the bits of √½ leaves the exponent in the
-/// high bits.
+/// f and e of a normal x = (1 + f) · 2ᵉ with 1 + f in [√½, √2): subtracting the bits of √½ leaves the exponent in the high
+/// bits.
 #[inline(always)]
-fn logarithm_of_normal(x: f32, n: f32) -> f32 {
+fn reduced(x: f32) -> (f32, f32) {
     let bits = x.to_bits() as i32;
     let raised = bits.wrapping_sub(std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32) >> 23;
-    let f = f32::from_bits(bits.wrapping_sub(raised << 23) as u32) - 1.0;
-    let e = raised as f32 + n;
+    (f32::from_bits(bits.wrapping_sub(raised << 23) as u32) - 1.0, raised as f32)
+}
+
+/// ln(x · 2ⁿ) of a normal x > 0.
+#[inline(always)]
+fn logarithm_of_normal(x: f32, n: f32) -> f32 {
+    let (f, e) = reduced(x);
+    let e = e + n;
     let coefficients = [
         7.037_683_6e-2,
         -1.151_461e-1,
@@ -134,9 +142,15 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn entropy_term(self) -> f32 {
-        // The logarithm of a subnormal number is wrong, but the product is within f32's rounding of 0.
-        let value = -self * logarithm_of_normal(self, 0.0);
-        if self <= 0.0 || self >= 1.0 { 0.0 } else { value }
+        // Of 0 the product is 0. The logarithm of a subnormal number is wrong, but the product is within f32's rounding of
+        // 0. NaN stays NaN.
+        let x = if self <= 0.0 { 0.0 } else { self };
+        let (f, e) = reduced(x);
+        // ln(1 + f)/f: an error of 2.1e-7 of the logarithm, which is multiplied by p.
+        let coefficients =
+            [0.118_274_82, -0.189_019_8, 0.206_046_73, -0.248_813_4, 0.333_033, -0.500_019_67, 1.000_003_2];
+        let value = -x * f.mul_add(polynomial(f, coefficients), e * std::f32::consts::LN_2);
+        if value < 0.0 { 0.0 } else { value }
     }
 
     #[inline(always)]
@@ -185,7 +199,8 @@ mod tests {
         for step in 0..=100_000 {
             let p = step as f32 * 1e-5;
             let exact = if p > 0.0 { -f64::from(p) * f64::from(p).ln() } else { 0.0 };
-            assert!((p.entropy_term().to_f64() - exact).abs() <= 4e-7 * exact.max(1e-2), "−p ln p at {p}");
+            let bound = 2.5e-7 * f64::from(p) + 2e-7 * exact;
+            assert!((p.entropy_term().to_f64() - exact).abs() <= bound, "−p ln p at {p}");
         }
         assert!(f32::from_bits(1).entropy_term().abs() < 1e-40);
         assert_eq!((-1e30f32).exponential(), 0.0);
