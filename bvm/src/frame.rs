@@ -11,6 +11,10 @@
 //! In and out: metres and radians. Invariant: an azimuth that leaves this file is in `]-pi; pi]`, and no other file of
 //! this crate converts between the two frames.
 
+mod angles;
+
+pub use angles::angles;
+
 use std::f64::consts::{PI, TAU};
 
 /// The frame in one line, for the headers of files that hold points or directions.

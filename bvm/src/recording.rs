@@ -11,7 +11,7 @@ use crate::vestibular::Noise;
 use crate::vestibular::inertial;
 use crate::vestibular::rotation;
 use crate::vision::VisionError;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::path::{Path, PathBuf};
 
 /// An inertial reading.
@@ -150,10 +150,11 @@ impl Posture {
         wrap_angle(self.azimuth() - self.first)
     }
 
-    /// Azimuth and elevation in the map of a direction given in the body's frame, radians.
-    pub fn direction(&self, body: Vector3<f64>) -> (f64, f64) {
-        let seen = Spherical::from_cartesian(self.in_world(body));
-        (wrap_angle(seen.azimuth - self.first), seen.elevation)
+    /// The rotation from a frame that is turned to the body's by `to_body` into the map's, in which the azimuth of the first
+    /// frame is 0.
+    pub fn to_map(&self, to_body: &Rotation3<f64>) -> Matrix3<f64> {
+        let world = Matrix3::from(rotation::matrix(self.filter.orientation())).transpose();
+        Rotation3::from_axis_angle(&Vector3::z_axis(), -self.first).matrix() * world * to_body.matrix()
     }
 
     fn in_world(&self, body: Vector3<f64>) -> [f64; 3] {
@@ -168,6 +169,7 @@ impl Posture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::angles;
 
     /// A body that rests for 0.1 s with a bias of 0.3 rad/s about every axis, then turns about the vertical (its x axis).
     fn turning(rate: f64) -> Recording {
@@ -190,9 +192,10 @@ mod tests {
         // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right.
         assert!((posture.yaw() + 0.4).abs() < 1e-3, "{}", posture.yaw());
         // What is ahead of the turned head is on the right of the map, and level; y of the body is to its left then.
-        let (azimuth, elevation) = posture.direction(Vector3::z());
+        let seen = |body: Vector3<f64>| angles((posture.to_map(&Rotation3::identity()) * body).into());
+        let (azimuth, elevation) = seen(Vector3::z());
         assert!((azimuth + 0.4).abs() < 1e-3 && elevation.abs() < 1e-3, "{azimuth} {elevation}");
-        let (azimuth, _) = posture.direction(-Vector3::y());
+        let (azimuth, _) = seen(-Vector3::y());
         assert!((azimuth - (std::f64::consts::FRAC_PI_2 - 0.4)).abs() < 1e-3, "{azimuth}");
     }
 

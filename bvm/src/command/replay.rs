@@ -2,13 +2,14 @@
 //!
 //! In: a folder of stereo frames and inertial readings (EuRoC). Out: the map's pictures, a strip of frames, and
 //! `replay.json`. Each frame is rectified, matched and read; balance estimates the orientation; the cell filter
-//! predicts and estimates. Translation of the head is ignored: the map represents directions about one place.
+//! predicts and estimates. Translation of the head is ignored: the map represents directions about one place. While one frame
+//! is in the map, the next one is matched and the one after it read.
 //! Invariant: frames are taken in order of time.
 
 use super::look::StereoOptions;
 use super::{check_folder, print};
 use bvm::error::Error;
-use bvm::frame::DESCRIPTION;
+use bvm::frame::{DESCRIPTION, angles};
 use bvm::grid::{Grid, GridConfiguration};
 use bvm::map::Map;
 use bvm::recording::{Posture, Recording};
@@ -19,13 +20,15 @@ use bvm::vision::calibration::raw::RawPair;
 use bvm::vision::image::{self, write_png_rgb};
 use bvm::vision::readings::pixel_readings;
 use bvm::vision::{
-    DisparityMap, EvidenceKind, FrameEvidence, HiddenCells, Pair, Sight, ViewReadings, VisionError,
+    DisparityMap, EvidenceKind, FrameEvidence, HiddenCells, Pair, Population, Sight, ViewReadings,
+    VisionError,
 };
 use clap::Args;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
 
 /// Build a map from a recording, frame by frame.
 #[derive(Args)]
@@ -120,18 +123,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let (mut frames, mut tiles) = (Vec::new(), Vec::new());
     let mut rows = recording.inertial.iter().peekable();
     let bar = ProgressBar::new(recording.frames.len() as u64);
-    for (time, left, right) in &recording.frames {
-        while let Some(row) = rows.next_if(|row| row.time <= *time) {
+    let evidence = arguments.stereo.evidence.into();
+    matched_in_order(&recording, &raw, &arguments.stereo, |time, Matched { pair, found, population }| {
+        while let Some(row) = rows.next_if(|row| row.time <= time) {
             posture.feel(row);
         }
-        let pair = Pair::rectified(&raw, &image::read(left)?, &image::read(right)?)?;
-        let evidence = arguments.stereo.evidence.into();
-        let (found, population) = match evidence {
-            EvidenceKind::Virtual => pair.matched_with_population(arguments.stereo.matcher.into())?,
-            EvidenceKind::Hard => (pair.matched(arguments.stereo.matcher.into())?, None),
-        };
         let grid = map.grid();
-        let direction = |x: f64, y: f64| posture.direction(to_body * Vector3::from(rig.ray(x, y)));
+        let turn = posture.to_map(&to_body);
+        let direction = |x: f64, y: f64| angles((turn * Vector3::from(rig.ray(x, y))).into());
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];
         let pixel_readings = pixel_readings(&found, &rig, direction, cells, steps)?;
@@ -142,7 +141,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         map.observe(&[&likelihood])?;
         let entropies = map.occupancy_entropy();
         frames.push(Frame {
-            time_ns: *time,
+            time_ns: time,
             density: found.density(),
             readings: view.readings.iter().flatten().count(),
             yaw_degrees: posture.yaw().to_degrees(),
@@ -151,7 +150,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
         });
         tiles.push(tile(&pair, &found, &map)?);
         bar.inc(1);
-    }
+        Ok(())
+    })?;
     bar.finish_and_clear();
     let figures = Figures { frame: DESCRIPTION, grid: *map.grid().configuration(), frames };
     let files = write(arguments, &map, &posture, &tiles, &figures)?;
@@ -171,6 +171,55 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
     Ok(())
+}
+
+/// A frame whose disparities are known.
+struct Matched {
+    pair: Pair,
+    found: DisparityMap,
+    population: Option<Population>,
+}
+
+/// Passes the frames of a recording, matched, with their times in ns, to `then`, in their order. Frames are read and rectified
+/// on one thread, matched on another, and passed on this one; each waits for the next one when it is a frame ahead.
+///
+/// # Errors
+/// The first of any stage; later frames are not passed.
+fn matched_in_order(
+    recording: &Recording,
+    raw: &RawPair,
+    stereo: &StereoOptions,
+    mut then: impl FnMut(i64, Matched) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let rectified =
+        |left: &Path, right: &Path| Pair::rectified(raw, &image::read(left)?, &image::read(right)?);
+    let matched = |pair: Pair| -> Result<Matched, VisionError> {
+        let (found, population) = match stereo.evidence.into() {
+            EvidenceKind::Virtual => pair.matched_with_population(stereo.matcher.into())?,
+            EvidenceKind::Hard => (pair.matched(stereo.matcher.into())?, None),
+        };
+        Ok(Matched { pair, found, population })
+    };
+    std::thread::scope(|scope| {
+        let (read, pairs) = sync_channel(1);
+        let (matching, frames) = sync_channel(1);
+        scope.spawn(move || {
+            for (time, left, right) in &recording.frames {
+                // The receiver is gone when a later stage has failed.
+                if read.send((*time, rectified(left, right))).is_err() {
+                    return;
+                }
+            }
+        });
+        scope.spawn(move || {
+            for (time, pair) in pairs {
+                if matching.send((time, pair.and_then(matched))).is_err() {
+                    return;
+                }
+            }
+        });
+        frames.into_iter().try_for_each(|(time, frame)| then(time, frame?))
+    })
 }
 
 /// A small colour picture, row by row.

@@ -37,7 +37,7 @@ pub fn cameras(pair: &[GreyImage; 2], found: &DisparityMap) -> Picture {
 fn panel(
     title: &str,
     [width, height]: [usize; 2],
-    pixel: &dyn Fn(usize) -> [u8; 3],
+    pixel: &(dyn Fn(usize) -> [u8; 3] + Sync),
     bar: Option<[f64; 2]>,
 ) -> Picture {
     let tall = (WIDE * height as f64 / width as f64).round() as i32;
@@ -48,9 +48,13 @@ fn panel(
     };
     let right = if bar.is_some() { 270 } else { 40 };
     let (wide, high) = ((frame.pixels[2] + right) as u32 / 2, (frame.pixels[3] + 190) as u32 / 2);
+    let pixels = |coordinates: Vec<f64>, count: usize| -> Vec<usize> {
+        coordinates.into_iter().map(|at| (at.max(0.0) as usize).min(count - 1)).collect()
+    };
+    let (columns, rows) = (pixels(frame.columns(), width), pixels(frame.rows(), height));
     Picture::draw(wide, high, |canvas: &Canvas| -> Drawn {
         frame.paint(canvas, |x, y| {
-            let [x, y] = [(x, width), (y, height)].map(|(at, most)| (at.max(0.0) as usize).min(most - 1));
+            let (x, y) = (columns[x], rows[y]);
             let [red, green, blue] = pixel(y * width + x);
             RGBColor(red, green, blue)
         })?;

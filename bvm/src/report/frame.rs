@@ -9,6 +9,7 @@ use super::picture::{Canvas, Drawn};
 use super::text::{TEXT, TITLE, Text};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
+use rayon::prelude::*;
 
 const TICK: i32 = 10;
 
@@ -33,26 +34,34 @@ impl Frame {
         (x.round() as i32, y.round() as i32)
     }
 
-    /// The coordinates of the middle of a pixel.
-    pub(super) fn coordinates(&self, x: i32, y: i32) -> (f64, f64) {
-        let [left, top, right, bottom] = self.pixels.map(f64::from);
-        let along = |share: f64, [first, last]: [f64; 2]| first + share * (last - first);
-        (
-            along((f64::from(x) + 0.5 - left) / (right - left), self.across),
-            along((bottom - f64::from(y) - 0.5) / (bottom - top), self.upwards),
-        )
+    /// The horizontal coordinates of the middles of the pixels inside, from the left.
+    pub(super) fn columns(&self) -> Vec<f64> {
+        let ([left, _, right, _], [first, last]) = (self.pixels, self.across);
+        let share = |x: i32| (f64::from(x) + 0.5) / f64::from(right - left);
+        (0..right - left).map(|x| first + share(x) * (last - first)).collect()
     }
 
-    /// Every pixel inside, coloured by its coordinates.
-    pub(super) fn paint(&self, canvas: &Canvas, colour: impl Fn(f64, f64) -> RGBColor) -> Drawn {
+    /// The vertical coordinates of the middles of the pixels inside, from the top.
+    pub(super) fn rows(&self) -> Vec<f64> {
+        let ([_, top, _, bottom], [first, last]) = (self.pixels, self.upwards);
+        let share = |y: i32| (f64::from(bottom - top) - f64::from(y) - 0.5) / f64::from(bottom - top);
+        (0..bottom - top).map(|y| first + share(y) * (last - first)).collect()
+    }
+
+    /// Every pixel inside, coloured by its column and row, from the upper left; rows are shared among threads.
+    pub(super) fn paint(&self, canvas: &Canvas, colour: impl Fn(usize, usize) -> RGBColor + Sync) -> Drawn {
         let [left, top, right, bottom] = self.pixels;
-        for y in top..bottom {
-            for x in left..right {
-                let (across, upwards) = self.coordinates(x, y);
-                canvas.draw_pixel((x, y), &colour(across, upwards))?;
+        let (width, height) = ((right - left) as usize, (bottom - top) as usize);
+        let mut painted = vec![0; 3 * width * height];
+        painted.par_chunks_exact_mut(3 * width).enumerate().for_each(|(y, row)| {
+            for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+                let RGBColor(red, green, blue) = colour(x, y);
+                pixel.copy_from_slice(&[red, green, blue]);
             }
-        }
-        Ok(())
+        });
+        let size = (width as u32, height as u32);
+        let painted = BitMapElement::with_owned_buffer((left, top), size, painted);
+        canvas.draw(&painted.expect("internal: three bytes a pixel"))
     }
 
     /// Border, ticks, their labels, and the names of the two axes.
@@ -97,7 +106,8 @@ impl Frame {
         let [_, top, right, bottom] = self.pixels;
         let bar =
             Frame { pixels: [right + 44, top, right + 84, bottom], across: [0.0, 1.0], upwards: limits };
-        bar.paint(canvas, |_, value| map.on_scale(value, limits))?;
+        let values = bar.rows();
+        bar.paint(canvas, |_, y| map.on_scale(values[y], limits))?;
         let line = INK.stroke_width(2);
         canvas.draw(&Rectangle::new([(right + 43, top - 1), (right + 84, bottom)], line))?;
         let beside = Text::new(TEXT, HPos::Left, VPos::Center);

@@ -9,7 +9,7 @@ use super::frame::{Frame, swatches, ticks};
 use super::picture::{Canvas, Drawn, OVERSAMPLING};
 use super::text::{TEXT, Text};
 use super::{Picture, ReportError, expect_length};
-use crate::grid::Grid;
+use crate::grid::{Direction, Grid};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -90,11 +90,19 @@ pub fn panorama(grid: &Grid, what: &Panorama) -> Result<Picture, ReportError> {
     let [_, _, right, bottom] = frame.pixels;
     let below = if what.gaze_path.is_empty() { 140 } else { 196 };
     let size = ((right + 260) as u32 / OVERSAMPLING, (bottom + below) as u32 / OVERSAMPLING);
+    // A column of pixels is of one azimuth, a row of one elevation.
+    let azimuth = |degrees: f64| Some(grid.direction_of(degrees.to_radians(), 0.0)?.azimuth);
+    let elevation = |degrees: f64| Some(grid.direction_of(0.0, degrees.to_radians())?.elevation);
+    let columns: Vec<Option<usize>> = frame.columns().into_iter().map(azimuth).collect();
+    let rows: Vec<Option<usize>> = frame.rows().into_iter().map(elevation).collect();
+    let colours: Vec<RGBColor> =
+        what.values.iter().map(|value| what.colours.on_scale(*value, limits)).collect();
     Ok(Picture::draw(size.0, size.1, |canvas| {
-        frame.paint(canvas, |azimuth, elevation| {
-            let direction = grid.direction_of(azimuth.to_radians(), elevation.to_radians());
-            let value = direction.map_or(f64::NAN, |direction| what.values[grid.direction_index(direction)]);
-            what.colours.on_scale(value, limits)
+        frame.paint(canvas, |x, y| match (columns[x], rows[y]) {
+            (Some(azimuth), Some(elevation)) => {
+                colours[grid.direction_index(Direction { elevation, azimuth })]
+            }
+            _ => NO_DATA,
         })?;
         draw_path(canvas, &frame, what.gaze_path)?;
         path_legend(canvas, (frame.pixels[0], bottom + 150), what.gaze_path.len())?;

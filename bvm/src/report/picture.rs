@@ -41,17 +41,19 @@ impl Picture {
                 panic!("internal: drawing into memory failed: {error}");
             }
         }
-        let sample = |x: u32, y: u32, channel: u32| {
-            let block = (0..OVERSAMPLING * OVERSAMPLING).map(|i| {
-                let (dx, dy) = (i % OVERSAMPLING, i / OVERSAMPLING);
-                let at = 3 * ((y * OVERSAMPLING + dy) * wide + x * OVERSAMPLING + dx) + channel;
-                u32::from(fine[at as usize])
-            });
-            (block.sum::<u32>() / (OVERSAMPLING * OVERSAMPLING)) as u8
-        };
-        let pixels = (0..3 * width * height)
-            .map(|index| sample(index / 3 % width, index / 3 / width, index % 3))
-            .collect();
+        let across = OVERSAMPLING as usize;
+        let mut pixels = Vec::with_capacity((3 * width * height) as usize);
+        for rows in fine.chunks_exact(3 * wide as usize * across) {
+            let mut sums = vec![0u32; 3 * width as usize];
+            for row in rows.chunks_exact(3 * wide as usize) {
+                for (sums, block) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * across)) {
+                    for pixel in block.chunks_exact(3) {
+                        sums.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += u32::from(*channel));
+                    }
+                }
+            }
+            pixels.extend(sums.iter().map(|sum| (sum / (OVERSAMPLING * OVERSAMPLING)) as u8));
+        }
         Picture { width, height, pixels }
     }
 

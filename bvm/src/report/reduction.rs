@@ -7,29 +7,23 @@
 use super::{ReportError, expect_length};
 use crate::grid::Grid;
 
-/// Folds every line of sight, from the head outwards, into one number.
-fn along_rays(
-    grid: &Grid,
-    what: &str,
-    cells: &[f32],
-    fold: impl Fn(&mut dyn Iterator<Item = f32>) -> f64,
-) -> Result<Vec<f64>, ReportError> {
-    expect_length(what, cells.len(), grid.cells())?;
-    let rays = grid.directions();
-    Ok((0..rays).map(|ray| fold(&mut cells[ray..].iter().step_by(rays).copied())).collect())
-}
-
 /// Distance in metres of the centre of the first cell whose occupancy is at least 1/2 + `margin`; NaN ("no
 /// data") where there is none.
 ///
 /// # Errors
 /// [`ReportError::Length`] unless there is one occupancy per cell.
 pub fn first_occupied_range(grid: &Grid, occupancy: &[f32], margin: f32) -> Result<Vec<f64>, ReportError> {
-    let edges = grid.edges_m();
-    along_rays(grid, "occupancy", occupancy, |ray| {
-        let hit = ray.enumerate().find(|(_, p)| *p >= 0.5 + margin);
-        hit.map_or(f64::NAN, |(rho, _)| (edges[rho] * edges[rho + 1]).sqrt())
-    })
+    expect_length("occupancy", occupancy.len(), grid.cells())?;
+    let mut ranges = vec![f64::NAN; grid.directions()];
+    // From the farthest shell inwards, so that the nearest of a direction stays, and shells are read in the order of memory.
+    let shells = occupancy.chunks_exact(grid.directions()).zip(grid.edges_m().windows(2));
+    for (shell, edges) in shells.rev() {
+        let middle = (edges[0] * edges[1]).sqrt();
+        for (range, p) in ranges.iter_mut().zip(shell) {
+            *range = if *p >= 0.5 + margin { middle } else { *range };
+        }
+    }
+    Ok(ranges)
 }
 
 /// The mean value on each line of sight.
@@ -37,8 +31,14 @@ pub fn first_occupied_range(grid: &Grid, occupancy: &[f32], margin: f32) -> Resu
 /// # Errors
 /// [`ReportError::Length`] unless there is one value per cell.
 pub fn mean(grid: &Grid, values: &[f32]) -> Result<Vec<f64>, ReportError> {
+    expect_length("values", values.len(), grid.cells())?;
+    let mut means = vec![0.0f64; grid.directions()];
+    for shell in values.chunks_exact(grid.directions()) {
+        means.iter_mut().zip(shell).for_each(|(sum, value)| *sum += f64::from(*value));
+    }
     let count = grid.cells_rho() as f64;
-    along_rays(grid, "values", values, |ray| ray.map(f64::from).sum::<f64>() / count)
+    means.iter_mut().for_each(|mean| *mean /= count);
+    Ok(means)
 }
 
 /// The occupancy to show for several cells in one place: the largest if it is above 0.6, else the mean.

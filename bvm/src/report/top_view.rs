@@ -9,7 +9,7 @@ use super::frame::{Frame, swatches, ticks};
 use super::picture::{Canvas, Drawn};
 use super::text::{TEXT, Text};
 use super::{Picture, ReportError, slice_around_horizon, strongest};
-use crate::frame::{Spherical, unit_vector};
+use crate::frame::{angles, unit_vector};
 use crate::grid::Grid;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -21,7 +21,7 @@ pub struct TopView<'a> {
     pub occupancy: &'a [f32],
     /// The true occupancy at `[x, y, z]` (metres; ahead, left, up): 0 empty, 1 solid, 1/2 not visible. Without it, only
     /// the map is drawn.
-    pub truth: Option<&'a dyn Fn([f64; 3]) -> f64>,
+    pub truth: Option<&'a (dyn Fn([f64; 3]) -> f64 + Sync)>,
     /// The heading, an azimuth in radians, positive to the left.
     pub heading: f64,
     /// Opening of the field of view in radians, drawn as two lines; 0 for none.
@@ -40,33 +40,34 @@ pub fn top_view(grid: &Grid, what: &TopView) -> Result<Picture, ReportError> {
     let slice = slice_around_horizon(grid, what.occupancy, what.band)?;
     let columns = grid.azimuth_cells();
     let degrees = what.band.to_degrees().round();
-    let map = plan(grid, what, &format!("map (elevation ±{degrees}°)"), |rho_m, azimuth| {
+    let map = plan(grid, what, &format!("map (elevation ±{degrees}°)"), |[x, y], rho_m| {
+        let (azimuth, _) = angles([x, y, 0.0]);
         let cell = grid.rho_of(rho_m).zip(grid.direction_of(azimuth, 0.0));
         cell.map_or(f64::NAN, |(rho, direction)| slice[rho * columns + direction.azimuth])
     });
     let Some(truth) = what.truth else {
         return Ok(map);
     };
-    let truth = plan(grid, what, "truth", |rho_m, azimuth| {
-        strongest((-2..=2).map(|i| {
-            let ray = unit_vector(azimuth, f64::from(i) / 2.0 * what.band);
-            truth(ray.map(|component| component * rho_m))
-        }))
+    let elevations = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share: f64| (share * what.band).sin_cos());
+    let truth = plan(grid, what, "truth", |[x, y], rho_m| {
+        strongest(elevations.map(|(sine, cosine)| truth([x * cosine, y * cosine, rho_m * sine])))
     });
     Ok(Picture::side_by_side(&[map, truth]))
 }
 
-/// One plan: `value` gives an occupancy for a distance (metres) and an azimuth (radians).
-fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn(f64, f64) -> f64) -> Picture {
+/// One plan: `value` gives an occupancy for a place (x ahead, y to the left) and its distance, metres.
+fn plan(grid: &Grid, what: &TopView, title: &str, value: impl Fn([f64; 2], f64) -> f64 + Sync) -> Picture {
     let (gap, reach) = (grid.configuration().rho_min_m, grid.configuration().rho_max_m);
     let side = [-1.04 * reach, 1.04 * reach];
     let frame =
         Frame { pixels: [190, 100, 190 + SIDE, 100 + SIDE], across: [side[1], side[0]], upwards: side };
+    let (columns, rows) = (frame.columns(), frame.rows());
     Picture::draw(660, 704, |canvas| {
-        frame.paint(canvas, |y, x| {
-            let seen = Spherical::from_cartesian([x, y, 0.0]);
-            let inside = seen.rho_m >= gap && seen.rho_m <= reach;
-            let occupancy = if inside { value(seen.rho_m, seen.azimuth) } else { f64::NAN };
+        frame.paint(canvas, |column, row| {
+            let (x, y) = (rows[row], columns[column]);
+            let rho_m = (x * x + y * y).sqrt();
+            let inside = rho_m >= gap && rho_m <= reach;
+            let occupancy = if inside { value([x, y], rho_m) } else { f64::NAN };
             ColourMap::Occupancy.on_scale(occupancy, [0.0, 1.0])
         })?;
         for radius in [gap, reach] {

@@ -83,13 +83,24 @@ pub fn placed_readings(
     check_axis("azimuth", azimuth_cells, azimuth_step_rad, TAU)?;
     check_axis("elevation", elevation_cells, elevation_step_rad, PI)?;
     let mut best: Vec<Option<PixelReading>> = vec![None; azimuth_cells * elevation_cells];
-    for (at, (&disparity, &confidence)) in map.disparity.iter().zip(&map.confidence).enumerate() {
+    let nowhere = Spherical { rho_m: f64::NAN, azimuth: f64::NAN, elevation: f64::NAN };
+    let mut places = vec![nowhere; map.width];
+    let instructions = pulp::Arch::new();
+    for at in 0..map.disparity.len() {
+        let (x, y) = (at % map.width, at / map.width);
+        if x == 0 {
+            // A row at once, without branches.
+            let row = &map.disparity[at..at + map.width];
+            instructions.dispatch(Row { calibration, row, y: y as f64, place: &place, places: &mut places });
+        }
+        let confidence = map.confidence[at];
         if confidence.is_nan() || confidence <= 0.0 {
             continue;
         }
-        let (x, y) = ((at % map.width) as f64, (at / map.width) as f64);
-        let Some(range) = calibration.range_m(x, y, f64::from(disparity)) else { continue };
-        let Spherical { rho_m: range, azimuth, elevation } = place(x, y, range);
+        let Spherical { rho_m: range, azimuth, elevation } = places[x];
+        if range.is_nan() {
+            continue;
+        }
         let column = cell_of(azimuth + PI, azimuth_step_rad, azimuth_cells);
         let row = cell_of(elevation + FRAC_PI_2, elevation_step_rad, elevation_cells);
         let (Some(column), Some(row)) = (column, row) else { continue };
@@ -100,6 +111,28 @@ pub fn placed_readings(
         }
     }
     Ok(best)
+}
+
+/// The places of the pixels of a row; NaN without a depth.
+struct Row<'r, P> {
+    calibration: &'r Calibration,
+    row: &'r [f32],
+    y: f64,
+    place: &'r P,
+    places: &'r mut [Spherical],
+}
+
+impl<P: Fn(f64, f64, f64) -> Spherical> pulp::NullaryFnOnce for Row<'_, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (x, (place, disparity)) in self.places.iter_mut().zip(self.row).enumerate() {
+            let x = x as f64;
+            let range = self.calibration.range_m(x, self.y, f64::from(*disparity));
+            *place = (self.place)(x, self.y, range.unwrap_or(f64::NAN));
+        }
+    }
 }
 
 /// Whether a reading replaces the current one of its direction.

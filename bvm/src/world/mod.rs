@@ -138,7 +138,11 @@ impl World {
 
     /// What the ray from the head along `(azimuth, elevation)` in radians meets first.
     pub fn hit(&self, direction: (f64, f64), time_s: f64) -> Hit {
-        let ray = unit_vector(direction.0, direction.1);
+        self.hit_along(unit_vector(direction.0, direction.1), time_s)
+    }
+
+    /// What the ray from the head along a unit vector meets first.
+    fn hit_along(&self, ray: [f64; 3], time_s: f64) -> Hit {
         let mut first = Hit { range_m: wall(&self.room, ray), surface: self.walls, body: None };
         let mut meet = |shape: Shape, surface: Surface, body: Option<usize>| {
             if let Some(range_m) = shape.first_hit(ray).filter(|range| *range < first.range_m) {

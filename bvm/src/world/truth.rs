@@ -6,7 +6,7 @@
 //! hidden.
 
 use super::World;
-use crate::frame::{Spherical, unit_vector};
+use crate::frame::unit_vector;
 use crate::grid::Grid;
 
 /// Thickness in metres at which [`World::plan`] draws the walls.
@@ -72,12 +72,13 @@ impl World {
         let depth = (0..3)
             .map(|axis| (self.room[0][axis] - point[axis]).max(point[axis] - self.room[1][axis]))
             .fold(f64::NEG_INFINITY, f64::max);
-        let seen = Spherical::from_cartesian(point);
+        let rho_m = point.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let ray = if rho_m > 0.0 { point.map(|part| part / rho_m) } else { [1.0, 0.0, 0.0] };
         if depth > WALL_M {
             0.5
         } else if self.occupied(point, time_s) {
             1.0
-        } else if self.range((seen.azimuth, seen.elevation), time_s) < seen.rho_m {
+        } else if self.hit_along(ray, time_s).range_m < rho_m {
             0.5
         } else {
             0.0

@@ -5,7 +5,7 @@
 
 use super::{Faults, noise_seed};
 use crate::error::Error;
-use crate::frame::Spherical;
+use crate::frame::{Spherical, angles};
 use crate::grid::Grid;
 use crate::head::frames::{Attitude, Extrinsics};
 use crate::head::sense::{Evidence, Sense, Sensed};
@@ -143,7 +143,10 @@ impl Sense for Eyes {
             ray.map(|part| part / length)
         };
         let place = |x: f64, y: f64, range: f64| {
-            Spherical::from_cartesian(camera.point(ray(x, y).map(|part| part * range)))
+            let point = camera.point(ray(x, y).map(|part| part * range));
+            let (azimuth, elevation) = angles(point);
+            let rho_m = point.iter().map(|part| part * part).sum::<f64>().sqrt();
+            Spherical { rho_m, azimuth, elevation }
         };
         let cells = [grid.azimuth_cells(), grid.elevation_cells()];
         let steps = [grid.azimuth_step(), grid.elevation_step()];

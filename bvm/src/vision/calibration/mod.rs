@@ -20,10 +20,11 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::error::VisionError;
-use crate::frame::{Spherical, from_camera};
+use crate::frame::{angles, from_camera};
 use crate::input;
 
 mod files;
+mod lookup;
 pub mod raw;
 
 pub use files::KITTI_DISPARITIES;
@@ -155,6 +156,12 @@ impl Calibration {
         [right, down, 1.0]
     }
 
+    /// The length of [`Calibration::ray`].
+    fn length_of_ray(&self, x_px: f64, y_px: f64) -> f64 {
+        let (right, down) = self.slopes(x_px, y_px);
+        (1.0 + right * right + down * down).sqrt()
+    }
+
     /// Number of integer disparities to search, from 0.
     pub fn max_disparity_px(&self) -> usize {
         self.max_disparity_px
@@ -170,8 +177,7 @@ impl Calibration {
 
     /// Direction of a pixel: azimuth θ (positive to the left) and elevation φ (positive up), radians.
     pub fn direction(&self, x_px: f64, y_px: f64) -> (f64, f64) {
-        let seen = Spherical::from_cartesian(from_camera(self.ray(x_px, y_px)));
-        (seen.azimuth, seen.elevation)
+        angles(from_camera(self.ray(x_px, y_px)))
     }
 
     /// The position of a pixel with a disparity in the map's frame, `[ahead, left, up]` in metres from the left camera;
@@ -183,14 +189,12 @@ impl Calibration {
 
     /// Range ρ from the left camera, metres, of a pixel with a disparity; `None` where there is no depth.
     pub fn range_m(&self, x_px: f64, y_px: f64, disparity_px: f64) -> Option<f64> {
-        let (right, down) = self.slopes(x_px, y_px);
-        self.depth_m(disparity_px).map(|depth| depth * right.hypot(down).hypot(1.0))
+        self.depth_m(disparity_px).map(|depth| depth * self.length_of_ray(x_px, y_px))
     }
 
     /// Disparity, pixels, of a point at a range from the left camera, metres, on the line of sight of a pixel.
     pub fn disparity_px(&self, x_px: f64, y_px: f64, range_m: f64) -> f64 {
-        let (right, down) = self.slopes(x_px, y_px);
-        self.depth_times_disparity() * right.hypot(down).hypot(1.0) / range_m - self.doffs_px
+        self.depth_times_disparity() * self.length_of_ray(x_px, y_px) / range_m - self.doffs_px
     }
 
     /// Standard deviation of the range, metres, at `range_m` on the optical axis for a disparity noise of

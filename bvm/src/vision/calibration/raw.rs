@@ -14,14 +14,16 @@
 //!
 //! The two ideal cameras have the same orientation: X along the baseline; Z perpendicular to the baseline, as near as
 //! possible to the mean of the two optical axes (Fusiello, Trucco and Verri 2000). Each ideal pixel is interpolated
-//! bilinearly at the point where the real camera saw its ray. Invariant: ideal pixels that the real camera did not see
-//! are marked.
+//! bilinearly at the point where the real camera saw its ray; the points are computed with the first picture of a camera.
+//! Invariant: ideal pixels that the real camera did not see are marked.
 
+use super::lookup::Lookup;
 use super::{Calibration, checked};
 use crate::input;
 use crate::vision::{GreyImage, VisionError};
 use nalgebra::{Matrix3, Matrix4, Rotation3, Vector3};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// Number of disparities to search, since no file gives a bound.
 pub const RAW_DISPARITIES: usize = 96;
@@ -51,6 +53,8 @@ pub struct RawPair {
     /// From the ideal cameras' frame to each camera's.
     turns: [Rotation3<f64>; 2],
     calibration: Calibration,
+    /// Where each camera saw the pixels of its ideal one, once it is known.
+    lookups: [OnceLock<Lookup>; 2],
 }
 
 /// A picture of an ideal camera.
@@ -117,7 +121,7 @@ impl RawPair {
         let numbers = [focal, centre[0], centre[1], across.norm(), 0.0];
         let calibration = checked(&left.path, numbers, RAW_DISPARITIES.min(left.width.max(2) - 1))?;
         let turns = [turn(left), turn(right)];
-        Ok(Self { cameras, turns, calibration })
+        Ok(Self { cameras, turns, calibration, lookups: Default::default() })
     }
 
     /// The calibration of the ideal pair.
@@ -152,33 +156,16 @@ impl RawPair {
             let (path, key) = (camera.path.clone(), "resolution".to_string());
             return Err(VisionError::CalibrationKey { path, key, reason });
         }
-        let place = |at: usize| {
-            let ray = self.calibration.ray((at % camera.width) as f64, (at / camera.width) as f64);
-            let turned = self.turns[which] * Vector3::from(ray);
-            (turned.z > 0.0).then(|| camera.pixel(turned.x / turned.z, turned.y / turned.z))
-        };
-        let values: Vec<Option<f32>> =
-            (0..image.pixels().len()).map(|at| place(at).and_then(|[x, y]| between(image, x, y))).collect();
-        let pixels = values.iter().map(|value| value.unwrap_or(0.0)).collect();
-        let image = GreyImage::new(camera.width, camera.height, pixels)?;
-        Ok(Rectified { image, seen: values.iter().map(Option::is_some).collect() })
+        let lookup = self.lookups[which].get_or_init(|| {
+            Lookup::of(camera.width, camera.height, |at| {
+                let ray = self.calibration.ray((at % camera.width) as f64, (at / camera.width) as f64);
+                let turned = self.turns[which] * Vector3::from(ray);
+                (turned.z > 0.0).then(|| camera.pixel(turned.x / turned.z, turned.y / turned.z))
+            })
+        });
+        let image = GreyImage::new(camera.width, camera.height, lookup.apply(image.pixels()))?;
+        Ok(Rectified { image, seen: lookup.seen.clone() })
     }
-}
-
-/// The intensity between four pixels.
-fn between(image: &GreyImage, x: f64, y: f64) -> Option<f32> {
-    let (width, height) = (image.width(), image.height());
-    let inside = x >= 0.0 && y >= 0.0 && x <= (width - 1) as f64 && y <= (height - 1) as f64;
-    if !inside {
-        return None;
-    }
-    let (left, top) = ((x as usize).min(width.max(2) - 2), (y as usize).min(height.max(2) - 2));
-    let (s, t) = ((x - left as f64) as f32, (y - top as f64) as f32);
-    let at = |dx: usize, dy: usize| {
-        image.pixels()[(top + dy).min(height - 1) * width + (left + dx).min(width - 1)]
-    };
-    let row = |dy: usize| at(0, dy) * (1.0 - s) + at(1, dy) * s;
-    Some((row(0) * (1.0 - t) + row(1) * t).clamp(0.0, 255.0))
 }
 
 impl Camera {
