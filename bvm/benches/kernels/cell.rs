@@ -186,6 +186,7 @@ pub(crate) fn run(seconds: f64) {
     let work = Work { title: &title, bytes: 4 * FLOATS * plane, unit: ("ms", 1e3) };
     table(&work, 4.0 * seconds, &mut tasks);
     drop(tasks);
+    crate::layouts::run(&cells, stepped.p_o(true), seconds);
     #[cfg(feature = "gpu")]
     on_a_device(&[kernel("step"), kernel("observe")], &inputs, seconds);
     let mut tasks: Vec<Task<'_>> = vec![

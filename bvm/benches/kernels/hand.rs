@@ -58,7 +58,7 @@ impl pulp::NullaryFnOnce for Rows<'_, '_, '_> {
     fn call(self) {
         match self.question {
             Question::Step => step(self.cells, self.first, self.made),
-            Question::StepOfSeven => crate::hand_tiles::step(self.cells, self.first, self.made),
+            Question::StepOfSeven => crate::hand_rows::step(self.cells, self.first, self.made),
             Question::Observe => observe(self.cells, self.first, self.made),
         }
     }

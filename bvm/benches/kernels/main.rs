@@ -9,8 +9,9 @@ mod cell;
 mod clock;
 mod frames;
 mod hand;
+mod hand_rows;
 mod hand_senses;
-mod hand_tiles;
+mod layouts;
 mod machine;
 mod others;
 
