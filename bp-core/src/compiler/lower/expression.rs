@@ -89,9 +89,12 @@ impl Environment for Lowering<'_> {
             Expression::Frontier { condition, at } => self.frontier(*condition, *at),
             Expression::Innermost { at } => self.innermost(*at),
             Expression::Vector(name, _) => {
-                Err(self.unplanned(format!("`{name}` works on vectors, which have no kernel")))
+                Err(self.unplanned(format!(
+                    "`{name}` works on vectors, which sums over finite variables do not take: write its components, such as \
+                     `sqrt(pow(X, 2) + pow(Y, 2))`, or take `--by weighting`"
+                )))
             }
-            _ => Err(self.unplanned("this expression has no kernel")),
+            _ => Err(self.unplanned("sums over finite variables do not take this expression")),
         }
     }
 }
