@@ -333,7 +333,7 @@ fn special_functions_have_the_stated_accuracy() {
     }
     // Of mpmath 1.3, with 50 digits at the f64 given here; more of them are in `tests/laws/special_functions`.
     let cases: [(&str, f64, f64, f64); 18] = [
-        ("normalCumulative", -38.0, 2.885_428_360_068_784e-316, 2e-8),
+        ("normalCumulative", -38.0, 2.885_428_35e-316, 2e-8),
         ("normalCumulative", -20.0, 2.753_624_118_606_233_7e-89, 2e-15),
         ("normalCumulative", -5.0, 2.866_515_718_791_939e-7, 2e-15),
         ("normalCumulative", -1.401_398_031_134_661_4, 0.080_547_540_358_298_7, 2e-15),
@@ -344,13 +344,13 @@ fn special_functions_have_the_stated_accuracy() {
         ("lnGamma", 0.5, 0.572_364_942_924_700_1, 5e-16),
         ("lnGamma", 1.000_001, -5.772_148_423_874_147e-7, 5e-16),
         ("lnGamma", 1.461_632_144_968_362_2, -0.121_486_290_535_849_61, 5e-16),
-        ("lnGamma", 1.999_999, -4.227_840_125_965_853_7e-7, 5e-16),
-        ("lnGamma", 5.5, 3.957_813_967_618_716_3, 5e-16),
+        ("lnGamma", 1.999_999, -4.227_840_125_965_854e-7, 5e-16),
+        ("lnGamma", 5.5, 3.957_813_967_618_716_5, 5e-16),
         ("lnGamma", 12_345.6, 103_959.185_066_168_46, 5e-16),
-        ("lnBessel", 1e-6, 2.499_999_999_999_843_5e-13, 5e-16),
-        ("lnBessel", 3.0, 1.585_307_621_813_420_9, 5e-16),
-        ("lnBessel", 30.0, 27.384_701_433_171_936, 5e-16),
-        ("lnBessel", 10_000.0, 9_994.475_903_781_432, 5e-16),
+        ("lnBessel", 1e-6, 2.499_999_999_999_843_4e-13, 5e-16),
+        ("lnBessel", 3.0, 1.585_307_621_813_421, 5e-16),
+        ("lnBessel", 30.0, 27.384_701_433_171_937, 5e-16),
+        ("lnBessel", 10_000.0, 9_994.475_903_781_433, 5e-16),
     ];
     let reader = r#"
         const names = "{ normalCumulative, lnGamma, lnBessel }";
