@@ -199,10 +199,8 @@ pub enum Node {
 impl Node {
     /// The law of which it is the probability of an interval.
     pub fn integrated(&self) -> Option<Mass> {
-        match self {
-            Node::Mass(law, _) => Some(*law),
-            _ => None,
-        }
+        let Node::Mass(law, _) = self else { return None };
+        Some(*law)
     }
 
     /// The axes whose current indices the node itself reads, without its operands.
