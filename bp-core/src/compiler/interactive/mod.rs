@@ -93,12 +93,11 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
     made
 }
 
-/// The kernels of an opened question, its controls with those of parameters, and its answers.
-fn compiled(
-    model: &Model,
-    question: &Question,
-    mut controls: Vec<Control>,
-) -> Result<(Vec<Kernel>, Vec<Control>, Vec<Shown>), Error> {
+/// The kernels of a question, its controls with those of parameters, and its answers.
+type Compiled = (Vec<Kernel>, Vec<Control>, Vec<Shown>);
+
+/// Compiles an opened question.
+fn compiled(model: &Model, question: &Question, mut controls: Vec<Control>) -> Result<Compiled, Error> {
     question.asks.iter().try_for_each(|ask| shown::is_read(model, ask))?;
     let plan = by_sums(model, question)?;
     let mut parts: Vec<(Lowered, Vec<usize>)> = Vec::new();

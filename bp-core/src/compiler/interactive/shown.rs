@@ -150,8 +150,8 @@ fn without_values(ask: &Ask) -> Ask {
 
 fn source(model: &Model, place: Place, parts: &[(Lowered, Vec<usize>)]) -> Result<Source, Error> {
     let (Lowered { kernel, outputs }, tables) = &parts[place.route];
-    let output: &Output =
-        &outputs.iter().filter(|output| output.ask.is_some()).collect::<Vec<_>>()[tables[place.ask]];
+    let mut asked = outputs.iter().filter(|output| output.ask.is_some());
+    let output: &Output = asked.nth(tables[place.ask]).expect("internal: every ask has an output");
     let ask = output.ask.as_ref().expect("internal: it was selected");
     let asks = kernel.outputs().filter(|(_, key)| matches!(key, OutputKey::Ask(_)));
     let found = asks.enumerate().find(|(_, (_, key))| *key == output.key);
