@@ -375,32 +375,3 @@ fn far_observations_have_a_density() {
         near(ln / (-0.25 * z * z), 1.0, 1e-14);
     }
 }
-
-/// What the evidence determines is decided, whatever its rounding.
-#[test]
-fn a_predicate_of_a_determined_number_is_decided() {
-    let program = bp_core::prelude::Program::parse(
-        "program Two {
-            variables { A, B : real; }
-            decomposition { P(A) P(B) }
-            forms { P(A) = normal(0, 2); P(B) = normal(1, 3); }
-        }",
-    )
-    .unwrap();
-    for (question, expected) in [
-        ("P(A + B > 5 | A + B = 5)", 0.0),
-        ("P(A + B >= 5 | A + B = 5)", 1.0),
-        ("P(A > B | A - B == 0)", 0.0),
-        ("P(A >= B | A - B == 0)", 1.0),
-        ("P(A + 2*B > 4 | A + 2*B = 4)", 0.0),
-        ("P(A + 0.1*B > 0.3 | A + 0.1*B = 0.3)", 0.0),
-        ("P(3*A - 1 > 3*B - 1 | A == B)", 0.0),
-        ("P(A > B | A = 2, B = 2)", 0.0),
-        ("P(A + B > 4.9 | A + B = 5)", 1.0),
-    ] {
-        let found = program.ask(question).unwrap_or_else(|error| panic!("{question}: {error}"));
-        assert_eq!(found.p(true).unwrap(), expected, "{question}");
-    }
-    let difference = program.ask("P(A - B | A - B == 0)").unwrap();
-    assert_eq!((difference.mean().unwrap(), difference.variance().unwrap()), (0.0, 0.0));
-}

@@ -28,6 +28,7 @@ mod normal_vectors;
 mod particles;
 mod paths;
 mod planner;
+mod predicates;
 mod recursions;
 mod reference_posteriors;
 mod rows;
