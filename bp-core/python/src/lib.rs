@@ -9,6 +9,7 @@ mod batch;
 mod derivation;
 mod diagram;
 mod error;
+mod experiment;
 mod filter;
 mod head;
 mod origin;
@@ -39,6 +40,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<head::Head>()?;
     module.add_function(wrap_pyfunction!(origin::restored, module)?)?;
     module.add_function(wrap_pyfunction!(batch::stream, module)?)?;
+    module.add_function(wrap_pyfunction!(experiment::experiment, module)?)?;
     module.add_function(wrap_pyfunction!(volumetric::disparities, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

@@ -129,3 +129,29 @@ def test_wrong_types_of_arrays_are_refused(small):
         small.see(np.ones((12, 24), np.int64))
     with pytest.raises(TypeError):
         small.see(np.ones(12, np.float32))
+
+
+def test_an_experiment_is_rows():
+    rows = bvm.experiment(["empty", "furnished"], ["sweep", "floor"], [3, 1], steps=2)
+    order = [(scene, policy, seed) for scene in ("empty", "furnished") for policy in ("sweep", "floor") for seed in (3, 1)]
+    assert [(row["scene"], row["policy"], row["seed"]) for row in rows] == order
+    # The floor sees the whole sphere at each look and does not turn: it knows more of what is visible.
+    for sweep, floor in zip(rows[:2] + rows[4:6], rows[2:4] + rows[6:]):
+        assert floor["reachable"] < sweep["reachable"] and floor["visible"] == sweep["visible"]
+        assert (floor["travel_rad"], floor["seconds"], floor["steps"]) == (0.0, 1.0, 2)
+    # A row depends on its own scene, policy and seed only: it may be computed anywhere.
+    (alone,) = bvm.experiment(["furnished"], ["sweep"], [1], 2)
+    assert {**alone, "decision_us": 0.0} == {**rows[5], "decision_us": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((["moon"], ["view"], [1], 2), "there is no scene `moon`"),
+        ((["empty"], ["stare"], [1], 2), "there is no policy `stare`: expected inhibited"),
+        ((["empty"], ["view"], [1], 0), "steps is 0"),
+    ],
+)
+def test_an_experiment_names_what_is_wrong(arguments, message):
+    with pytest.raises(bp.Error, match=message):
+        bvm.experiment(*arguments)

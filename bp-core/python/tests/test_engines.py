@@ -52,7 +52,7 @@ def test_an_experiment_is_rows_too():
     page = (ROOT / "docs" / "python.md").read_text()
     (block,) = [one for one in re.findall(r"```python\n(.*?)```", page, re.S) if "def runs(" in one]
     names = {"pa": pa, "bvm": bp.bvm}
-    exec(block.split("spark.")[0].replace("range(20)", "range(2)"), names)
+    exec(block.split("spark.")[0].replace("steps=20", "steps=2"), names)
     (found,) = names["runs"]([pa.RecordBatch.from_pydict({"seed": [1, 2, 1]})])
     first, second, again = found["entropy"].to_pylist()
     assert first == again != second

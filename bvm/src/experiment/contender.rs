@@ -35,6 +35,15 @@ impl Contender {
         }
     }
 
+    /// The participant of this name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        match name {
+            "oracle" => Some(Contender::Oracle),
+            "floor" => Some(Contender::Floor),
+            _ => PolicyKind::of_name(name).map(Contender::Policy),
+        }
+    }
+
     /// The policy in a world; none for the floor.
     pub(super) fn policy(self, world: &World, grid: &Grid, seed: u64) -> Option<Box<dyn Policy>> {
         let camera = DepthCamera::default();

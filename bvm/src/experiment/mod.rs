@@ -49,6 +49,23 @@ impl Plan {
         runs.collect()
     }
 
+    /// The runs of the given policies alone, in the order scene, policy, seed; they run in parallel, and nothing is written.
+    /// `wanted` is asked before each run: the runs that it refuses are left out.
+    ///
+    /// # Errors
+    /// An error of a run.
+    pub fn measure(&self, wanted: impl Fn() -> bool + Sync) -> Result<Vec<Run>, Error> {
+        let Self { scenes, contenders, seeds, steps } = self;
+        let mut runs = Vec::new();
+        for scene in scenes {
+            for contender in contenders {
+                runs.extend(seeds.iter().map(|seed| (scene, *contender, *seed)));
+            }
+        }
+        let wanted = runs.into_par_iter().filter(|_| wanted());
+        wanted.map(|(scene, contender, seed)| run::run(scene, contender, seed, *steps)).collect()
+    }
+
     /// Runs what the folder does not have yet; with `resume` false, everything. `done` is called after each run.
     ///
     /// # Errors
