@@ -255,7 +255,8 @@ def answer(task, numbers, ours):
         true = lambda state: {n: str(v).upper() for n, v in state.items() if n not in EVIDENCE}
         other, own = true(numbers), true(ours)
         return "same state" if other == own else f"{sum(other.get(n) != own[n] for n in own)} variables differ"
-    return f"{max(float(np.max(np.abs(np.subtract(numbers[n], ours[n])))) for n in ours):.0e}"
+    differences = (np.abs(np.subtract(numbers[n], ours[n][: len(numbers[n])])) for n in ours)
+    return f"{max(float(np.max(one)) for one in differences):.0e}"
 
 
 def table(arguments):
