@@ -179,10 +179,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let mut arguments = std::env::args().skip_while(|word| word != "--figures");
     if let Some(folder) = arguments.nth(1).map(PathBuf::from) {
-        draw(&trials[1], &folder)?;
+        draw([&trials[0], &trials[1]], &folder)?;
     }
     Ok(())
 }
+
+/// The range of a gyroscope that the fastest turns of trial 06 exceed, rad/s.
+const CLIPPED_AT: f64 = 14.0;
 
 /// What happens to the readings from a second of the trial on.
 #[derive(Clone, Copy)]
@@ -190,7 +193,7 @@ enum Event {
     None,
     /// Nothing is read for a second.
     Gap,
-    /// The gyroscope reads at most 1.5 rad/s for a second.
+    /// The gyroscope reads at most [`CLIPPED_AT`].
     Clipped,
 }
 
@@ -205,7 +208,7 @@ fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>) ->
         let is_during = lasts.contains(&number);
         let rate = match event {
             Event::Gap if is_during => continue,
-            Event::Clipped if is_during => sample.rate.map(|rate| rate.clamp(-1.5, 1.5)),
+            Event::Clipped => sample.rate.map(|rate| rate.clamp(-CLIPPED_AT, CLIPPED_AT)),
             _ => sample.rate,
         };
         let Ok(instants) = stream.feel(row_of(number, rate, sample.force)) else { continue };
@@ -224,24 +227,26 @@ fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>) ->
     points
 }
 
-fn draw(samples: &[Sample], folder: &Path) -> Result<(), Box<dyn Error>> {
+fn draw(trials: [&[Sample]; 2], folder: &Path) -> Result<(), Box<dyn Error>> {
     let seconds = |seconds: f64| (seconds * RATE_HZ) as usize;
-    let moving = samples.iter().position(|sample| sample.truth.is_some()).unwrap_or(0);
-    let from = moving + seconds(20.0);
-    let curve = |name: &str, event| Band {
+    let begin = |samples: &[Sample]| samples.iter().position(|sample| sample.truth.is_some()).unwrap_or(0);
+    let [slow, fast] = trials;
+    let clipped =
+        fast.iter().position(|sample| sample.rate.iter().any(|rate| rate.abs() > CLIPPED_AT)).unwrap_or(0);
+    let curve = |name: &str, event, from: usize| Band {
         name: name.to_owned(),
-        points: course(samples, event, from, from - seconds(2.0)..from + seconds(6.0)),
+        points: course(fast, event, from, from - seconds(2.0).min(from)..from + seconds(6.0)),
     };
     let curves = [
-        curve("all readings", Event::None),
-        curve("a gap of 1 s", Event::Gap),
-        curve("rates clipped at 1.5 rad/s for 1 s", Event::Clipped),
+        curve("a gap of 1 s", Event::Gap, begin(fast) + seconds(20.0)),
+        curve("rates clipped at 14 rad/s", Event::Clipped, clipped),
     ];
     let title = "Trial 06: error of the inclination, and its 90 % band";
     bands(title, ["s since the event", "degrees"], &curves).write(&folder.join("balance_events.png"))?;
-    let points = course(samples, Event::None, moving, moving..samples.len());
+    let moving = begin(slow);
+    let points = course(slow, Event::None, moving, moving..slow.len());
     let whole = [Band { name: "error about the x axis of the world".to_owned(), points }];
-    let title = "Trial 06: error of the inclination inside its own 90 % band";
+    let title = "Trial 02: error of the inclination inside its own 90 % band";
     bands(title, ["s since the motion began", "degrees"], &whole).write(&folder.join("balance_band.png"))?;
     Ok(())
 }

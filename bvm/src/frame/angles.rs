@@ -18,7 +18,7 @@ fn polynomial<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
 
 /// The angle of the point (x, y), as [`f64::atan2`]; 0 at the origin.
 #[inline(always)]
-pub fn arc_tangent(y: f64, x: f64) -> f64 {
+pub(super) fn arc_tangent(y: f64, x: f64) -> f64 {
     let (a, b) = (y.abs(), x.abs());
     let is_steep = a > b;
     let (less, more) = if is_steep { (b, a) } else { (a, b) };

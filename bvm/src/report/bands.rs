@@ -27,7 +27,8 @@ pub fn bands(title: &str, names: [&str; 2], curves: &[Band]) -> Picture {
         let most = all().map(|point| point[high]).fold(f64::NEG_INFINITY, f64::max);
         if least <= most { [least, most] } else { [0.0, 1.0] }
     };
-    let ([first, last], [low, high]) = (bounds(0, 0), bounds(2, 3));
+    let ([first, last], [low, high], [least, most]) = (bounds(0, 0), bounds(2, 3), bounds(1, 1));
+    let (low, high) = (low.min(least), high.max(most));
     let room = 0.05 * (high - low).max(1e-9);
     let frame = Frame {
         pixels: [210, 110, 1940, 1050],
