@@ -19,6 +19,9 @@ pub(super) const SUPPORT: Support = Support::Reals;
 /// κ above which ln I₀(κ) − κ is computed by its series.
 const LARGE: f64 = 100.0;
 
+/// The largest κ with which angles are drawn: they differ from the mean by 1e-150.
+const MOST_CONCENTRATED: f64 = 1e300;
+
 /// −2κ sin²(½ (x − m)) − (ln I₀(κ) − κ) − ln 2π; of a large κ, I₀(κ) e^(−κ) √(2πκ) = 1 + 1/(8κ) + 9/(128κ²) + … (Abramowitz and
 /// Stegun 9.7.1).
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [m, k]: [A::Number; 2]) -> A::Number {
@@ -124,6 +127,7 @@ pub(super) fn draw(by: &mut impl Rng, [m, k]: [f64; 2]) -> f64 {
     }
     // r − 1 and what is computed from it, so that nothing cancels where κ is large: with ρ of Best and Fisher,
     // r − 1 = (1 − ρ)² / 2ρ, κ (r − f) = κ (r² − 1) / (r + z), and 1 − f = (r − 1) (1 − z) / (r + z).
+    let k = k.min(MOST_CONCENTRATED);
     let root = 1f64.hypot(2.0 * k);
     let less = ((2.0 * (1.0 + root)).sqrt() - 1.0 - 1.0 / (root + 2.0 * k)) / (2.0 * k);
     let rest = 0.5 * less * less / (1.0 - less);
