@@ -188,7 +188,8 @@ impl Offered for Mixture {
         let searched = names(&mut self.asks[0].searched.iter().map(|item| item.variable));
         let known = names(&mut self.asks[0].known.iter().map(|known| known.variable));
         let left = notation.distribution(&searched, &known);
-        let finite = names(&mut self.finite.iter().copied()).join(" ");
+        // A reason is text in every notation.
+        let finite = Notation::Unicode.names(model, &self.finite).join(" ");
         let line = |rule: &str, reason: String, [unicode, latex, mathml]: [&str; 3]| {
             let right = notation.choose(unicode, latex, mathml);
             (rule.to_owned(), reason, notation.equation(&left, "=", right))
