@@ -105,7 +105,12 @@ enum Verb {
 
 fn main() -> ExitCode {
     let CommandLine { verb } = CommandLine::parse();
-    signals::listen();
+    // A signal is the way to end a server.
+    #[cfg(feature = "serve")]
+    let is_server = matches!(verb, Verb::Serve(_));
+    #[cfg(not(feature = "serve"))]
+    let is_server = false;
+    signals::listen(if is_server { 0 } else { signals::INTERRUPTED });
     if let Verb::Lsp(arguments) = &verb {
         // Its own thread writes to stdout.
         return lsp::run(arguments).map_or_else(Failure::report, |()| ExitCode::SUCCESS);

@@ -15,14 +15,15 @@ pub(crate) const INTERRUPTED: i32 = 1;
 /// The interval between checks of the progress.
 const GLANCE: Duration = Duration::from_millis(150);
 
-/// Handles signals, and shows the progress of long work on a terminal.
-pub(crate) fn listen() {
+/// Handles signals, and shows the progress of long work on a terminal; `status` is the exit status of a command that a signal
+/// ends.
+pub(crate) fn listen(status: i32) {
     let mut asked = false;
     let listening = ctrlc::set_handler(move || {
         if !std::mem::replace(&mut asked, true) && progress::stop() {
             return;
         }
-        std::process::exit(INTERRUPTED);
+        std::process::exit(status);
     });
     // If handlers cannot be installed, the default behaviour stays.
     drop(listening);

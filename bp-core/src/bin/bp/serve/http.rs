@@ -5,9 +5,9 @@
 //! under a name that leads to this machine, is refused.
 
 use httparse::Status;
-use std::io::{Read, Result, Write};
+use std::io::{ErrorKind, Read, Result, Write};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 pub(super) const HTML: &str = "text/html; charset=utf-8";
 pub(super) const JSON: &str = "application/json";
@@ -19,8 +19,11 @@ const MOST_HEADERS: usize = 64;
 /// The largest body: the text of a program as JSON.
 const MOST_BODY: usize = 1024 * 1024;
 
-/// The time after which a silent connection is closed.
+/// The time in which a request must be complete.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The time for the answer to a connection for which there is no place.
+const BRIEF: Duration = Duration::from_millis(20);
 
 /// What the page may load: its own style, the code with this nonce, functions that it makes, and answers of this server.
 fn policy(nonce: &str) -> String {
@@ -56,16 +59,24 @@ type Head = (String, String, usize);
 /// Reads a request to the server at a port.
 pub(super) fn read(mut stream: &TcpStream, port: u16) -> std::result::Result<Request, Refusal> {
     let lost = |_| Refusal::new(408, "the request is not complete".to_owned());
-    stream.set_read_timeout(Some(PATIENCE)).map_err(lost)?;
     stream.set_write_timeout(Some(PATIENCE)).map_err(lost)?;
+    let end = Instant::now() + PATIENCE;
     let mut bytes = Vec::new();
     let mut piece = [0; 4096];
-    loop {
+    // The head and the body share one time, so that single bytes in long intervals do not hold a connection.
+    let mut more = |bytes: &mut Vec<u8>| {
+        let left = end.saturating_duration_since(Instant::now()).max(Duration::from_millis(1));
+        stream.set_read_timeout(Some(left)).map_err(lost)?;
         let count = stream.read(&mut piece).map_err(lost)?;
-        if count == 0 {
-            return Err(Refusal::new(400, "the request is not complete".to_owned()));
-        }
         bytes.extend_from_slice(&piece[..count]);
+        match count {
+            0 => Err(Refusal::new(400, "the request is not complete".to_owned())),
+            _ if Instant::now() >= end => Err(Refusal::new(408, "the request is not complete".to_owned())),
+            _ => Ok(()),
+        }
+    };
+    loop {
+        more(&mut bytes)?;
         let Some((length, (method, path, announced))) = head(&bytes, port)? else {
             if bytes.len() > MOST_HEAD {
                 return Err(Refusal::new(431, format!("the head is longer than {MOST_HEAD} bytes")));
@@ -73,14 +84,11 @@ pub(super) fn read(mut stream: &TcpStream, port: u16) -> std::result::Result<Req
             continue;
         };
         let mut body = bytes.split_off(length);
-        stream.take(announced.saturating_sub(body.len()) as u64).read_to_end(&mut body).map_err(lost)?;
-        return match body.len() {
-            read if read < announced => Err(Refusal::new(400, "the body is not complete".to_owned())),
-            _ => {
-                body.truncate(announced);
-                Ok(Request { method, path, body })
-            }
-        };
+        while body.len() < announced {
+            more(&mut body)?;
+        }
+        body.truncate(announced);
+        return Ok(Request { method, path, body });
     }
 }
 
@@ -128,6 +136,27 @@ fn head(bytes: &[u8], port: u16) -> std::result::Result<Option<(usize, Head)>, R
     Ok(Some((length, (method, path, announced as usize))))
 }
 
+/// Whether the other end of a connection, whose request has been read, has closed it.
+pub(super) fn is_closed(stream: &TcpStream) -> bool {
+    let wait = stream.set_read_timeout(Some(Duration::from_millis(1)));
+    match wait.and_then(|()| stream.peek(&mut [0])) {
+        Ok(count) => count == 0,
+        Err(error) => {
+            !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+        }
+    }
+}
+
+/// Answers a connection for which there is no place, without reading its request.
+pub(super) fn turn_away(stream: &TcpStream, nonce: &str, body: &[u8]) -> Result<()> {
+    stream.set_write_timeout(Some(BRIEF))?;
+    write(stream, nonce, (503, JSON), body)?;
+    // What is unread when a connection is closed would reset it, before its answer is read.
+    stream.set_read_timeout(Some(BRIEF))?;
+    let mut stream = stream;
+    stream.read(&mut [0; MOST_HEAD]).map(drop)
+}
+
 /// Writes a response and ends the connection.
 pub(super) fn write(
     mut stream: &TcpStream,
@@ -146,11 +175,14 @@ pub(super) fn write(
         415 => "Unsupported Media Type",
         431 => "Request Header Fields Too Large",
         503 => "Service Unavailable",
+        504 => "Gateway Timeout",
         500 => "Internal Server Error",
         _ => "Bad Request",
     };
+    // A program that takes too long is answered with 504; a server that is busy can be asked again.
+    let again = if status == 503 { "Retry-After: 1\r\n" } else { "" };
     let head = format!(
-        "HTTP/1.1 {status} {words}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\
+        "HTTP/1.1 {status} {words}\r\n{again}Content-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\
          Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\nReferrer-Policy: no-referrer\r\n\
          Cross-Origin-Resource-Policy: same-origin\r\nContent-Security-Policy: {}\r\n\r\n",
         body.len(),

@@ -19,12 +19,17 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 /// The largest number of connections at a time.
 const MOST_CONNECTIONS: usize = 32;
 
 /// The largest number of processes at a time.
 const MOST_WORKERS: usize = 4;
+
+/// The interval between glances at a connection whose answer is computed.
+const GLANCE: Duration = Duration::from_millis(50);
 
 /// The program of a page that was opened without one.
 const FIRST: &str = include_str!("../new/program.bp");
@@ -80,6 +85,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         // A connection that ended before it was accepted is no failure.
         let Ok(stream) = stream else { continue };
         if server.connections.load(Ordering::Relaxed) >= MOST_CONNECTIONS {
+            let body = json!({ "error": "the server has too many connections" }).to_string();
+            // One that has gone away needs no answer.
+            let _ = http::turn_away(&stream, &server.nonce, body.as_bytes());
             continue;
         }
         server.connections.fetch_add(1, Ordering::Relaxed);
@@ -109,7 +117,7 @@ struct Server {
 impl Server {
     /// Answers the one request of a connection.
     fn answer(&self, stream: &TcpStream) {
-        let response = http::read(stream, self.port).and_then(|request| self.response(&request));
+        let response = http::read(stream, self.port).and_then(|request| self.response(&request, stream));
         // A browser that has gone away needs no answer.
         let _ = match response {
             Ok((kind, body)) => http::write(stream, &self.nonce, (200, kind), body.as_bytes()),
@@ -120,12 +128,12 @@ impl Server {
         };
     }
 
-    fn response(&self, request: &Request) -> Result<(&'static str, String), Refusal> {
+    fn response(&self, request: &Request, stream: &TcpStream) -> Result<(&'static str, String), Refusal> {
         match (request.method.as_str(), request.path.as_str()) {
             ("GET", "/") => Ok((http::HTML, self.page.clone())),
             ("POST", "/compile" | "/ask") => {
                 let kind = &request.path[1..];
-                self.worked(kind, &request.body).map(|found| (http::JSON, found))
+                self.worked(kind, &request.body, stream).map(|found| (http::JSON, found))
             }
             (_, "/" | "/compile" | "/ask") => {
                 Err(Refusal::new(405, format!("`{}` is not possible here", request.method)))
@@ -134,20 +142,20 @@ impl Server {
         }
     }
 
-    /// What a process of its own finds for a request.
-    fn worked(&self, kind: &str, body: &[u8]) -> Result<String, Refusal> {
+    /// What a process of its own finds for a request of a connection.
+    fn worked(&self, kind: &str, body: &[u8], stream: &TcpStream) -> Result<String, Refusal> {
         if self.workers.fetch_add(1, Ordering::Relaxed) >= MOST_WORKERS {
             self.workers.fetch_sub(1, Ordering::Relaxed);
-            return Err(Refusal::new(503, "the server is busy; type on, or wait".to_owned()));
+            return Err(Refusal::new(503, "the server is busy".to_owned()));
         }
-        let found = process(kind, body);
+        let found = process(kind, body, stream);
         self.workers.fetch_sub(1, Ordering::Relaxed);
         found
     }
 }
 
-/// Runs this program for one request.
-fn process(kind: &str, body: &[u8]) -> Result<String, Refusal> {
+/// Runs this program for one request; the process ends early when the connection is closed.
+fn process(kind: &str, body: &[u8], stream: &TcpStream) -> Result<String, Refusal> {
     let failed = |error: std::io::Error| Refusal::new(500, format!("the compiler could not be run: {error}"));
     let mut child = Command::new(std::env::current_exe().map_err(failed)?)
         .args(["serve", "--work"])
@@ -160,15 +168,34 @@ fn process(kind: &str, body: &[u8]) -> Result<String, Refusal> {
     // If the process ends early, its status says so.
     let _ = writeln!(stdin, "{kind}").and_then(|()| stdin.write_all(body));
     drop(stdin);
-    let mut found = String::new();
-    let read = child.stdout.take().expect("internal: it is piped").read_to_string(&mut found);
+    let mut stdout = child.stdout.take().expect("internal: it is piped");
+    let (sender, receiver) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut found = String::new();
+        let read = stdout.read_to_string(&mut found);
+        // Nobody receives it if the connection was closed.
+        let _ = sender.send(read.map(|_| found));
+    });
+    let read = loop {
+        match receiver.recv_timeout(GLANCE) {
+            Err(RecvTimeoutError::Timeout) if http::is_closed(stream) => {
+                // One that has just ended needs no end.
+                let _ = child.kill();
+                let _ = child.wait();
+                return Err(Refusal::new(400, "the connection was closed".to_owned()));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break Err(ErrorKind::BrokenPipe.into()),
+            Ok(read) => break read,
+        }
+    };
     let status = child.wait().map_err(failed)?;
     match (read, status.code()) {
-        (Ok(_), Some(0)) => Ok(found),
+        (Ok(found), Some(0)) => Ok(found),
         (_, Some(work::TOO_LONG)) => {
             let seconds = work::LIMIT.as_secs();
             Err(Refusal::new(
-                503,
+                504,
                 format!("this program takes longer than {seconds} seconds; `bp ask` has no limit"),
             ))
         }
