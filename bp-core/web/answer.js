@@ -6,6 +6,87 @@
 /** Scores that differ by less than this share of the largest are tied. */
 const TIE = 1e-9;
 
+/** A number with six digits, as `bp ask` prints it. */
+function digits(number) {
+    if (typeof number !== "number") {
+        return String(number);
+    }
+    if (number === 0 || !Number.isFinite(number)) {
+        return String(number + 0);
+    }
+    // The exponent after rounding.
+    const scientific = number.toExponential(5);
+    const exponent = Number(scientific.split("e")[1]);
+    return exponent >= -4 && exponent <= 5 ? number.toFixed(5 - exponent) : scientific.replace("e+", "e");
+}
+
+/** A standard error, with two digits. */
+function twoDigits(number) {
+    const rounded = Number(number.toExponential(1));
+    const isShort = number === 0 || (Math.abs(rounded) >= 1e-4 && Math.abs(rounded) < 1e4);
+    return isShort ? String(rounded) : number.toExponential(1).replace("e+", "e");
+}
+
+/** The headings and the texts of a figure, as the columns of `bp ask`. */
+function columns(figure) {
+    const { level, error } = figure;
+    const one = (name, number, own = error) =>
+        own === undefined ? [name, digits(number)] : [`${name} ± error`, `${digits(number)} ± ${twoDigits(own)}`];
+    const alone = (name) => figure[name] !== undefined;
+    const shares = (quantiles) => ["5 %", "50 %", "95 %"].map((name, at) => one(name, quantiles[at]));
+    if (alone("p")) {
+        return [one("probability", figure.p)];
+    }
+    if (alone("ln_p")) {
+        return [one("ln probability", figure.ln_p)];
+    }
+    if (alone("by")) {
+        return [["estimated by", figure.by]];
+    }
+    if (alone("draw")) {
+        return [["draw", String(figure.draw)]];
+    }
+    if (alone("quantile")) {
+        return [one("level", level, undefined), one("quantile", figure.quantile)];
+    }
+    if (alone("interval")) {
+        const ends = ["low", "high"].map((name, at) => one(name, figure.interval[at], figure.errors?.[at]));
+        return [one("level", level, undefined), ...ends];
+    }
+    const plain = ["density", "expectation", "variance"].find(alone);
+    if (plain !== undefined) {
+        return [one(plain, figure[plain])];
+    }
+    const inNats = ["entropy", "information", "divergence"].find(alone);
+    if (inNats !== undefined) {
+        const [heading, text] = one(inNats, figure[inNats]);
+        return [[heading, typeof figure[inNats] === "number" ? `${text} nats` : text]];
+    }
+    const { law, mean, deviation, quantiles } = figure;
+    if (Array.isArray(mean)) {
+        const [place, spread] = [one("mean", ...mean), one("deviation", deviation[0])];
+        return [place, spread, ...shares(quantiles.map(([quantile]) => quantile))];
+    }
+    if (quantiles === undefined) {
+        return [["mean ± deviation", `${digits(mean)} ± ${digits(deviation)}`]];
+    }
+    const named = law && ["distribution", `${law.name}(${law.parameters.map((one) => Number(one.toPrecision(6))).join(", ")})`];
+    return [...(named ? [named] : []), one("mean", mean), one("deviation", deviation), ...shares(quantiles)];
+}
+
+/** The headings and the texts of a row; a variable without a value heads its row, not a column. */
+function cellsOf({ values, figure }) {
+    const valued = values.filter(([, value]) => value !== "");
+    const names = values.filter(([, value]) => value === "").map(([name]) => name);
+    return [...valued, ...(names.length > 0 ? [["", names.join(" ")]] : []), ...columns(figure)];
+}
+
+/** ln P(evidence) of an answer; null where nothing is known. */
+function lnEvidence(shown, results) {
+    const { lnEvidence: ln } = results[shown.sources[0].function];
+    return shown.text.includes("|") && Number.isFinite(ln) ? ln : null;
+}
+
 /** The sum of a list. */
 function total(numbers) {
     return numbers.reduce((sum, number) => sum + number, 0);

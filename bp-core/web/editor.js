@@ -9,16 +9,28 @@ const under = byId("under");
 /** The milliseconds after a key before the text is sent. */
 const PAUSE = 250;
 
-let sent = 0;
-let timer = 0;
+/** The text that the server holds, and the name of its file. */
+const own = JSON.parse(byId("data").textContent);
 
-/** Posts an object as JSON; the answer is an object too. An error of the server is an `Error`. */
-async function post(path, body) {
+let compiling = null;
+let timer = 0;
+let file = "program";
+
+/** Posts an object as JSON; the answer is an object too. An error of the server is an `Error`; a busy server is asked again. */
+async function post(path, body, signal) {
     const response = await fetch(path, {
         method: "POST",
         headers: { "Content-Type": "application/json" },
         body: JSON.stringify(body),
+        signal,
     });
+    const pause = response.headers.get("Retry-After");
+    if (pause !== null) {
+        await response.text();
+        await new Promise((done) => setTimeout(done, 1000 * Number(pause)));
+        signal.throwIfAborted();
+        return post(path, body, signal);
+    }
     const found = await response.json();
     if (!response.ok) {
         throw new Error(found.error);
@@ -39,16 +51,18 @@ async function toFragment(text) {
     return `#p=${letters.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}`;
 }
 
-/** The text of a fragment; null if it holds none. */
+/** The text of a fragment; null if it holds none. A damaged fragment is said to be so, and holds none. */
 async function fromFragment(fragment) {
+    byId("link").textContent = "";
     if (!fragment.startsWith("#p=")) {
         return null;
     }
     try {
         const letters = atob(fragment.slice(3).replaceAll("-", "+").replaceAll("_", "/"));
         const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-        return new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw")));
+        return new TextDecoder("utf-8", { fatal: true }).decode(await through(bytes, new DecompressionStream("deflate-raw")));
     } catch {
+        byId("link").textContent = "The link is damaged: the program that it held cannot be read. Another program is shown.";
         return null;
     }
 }
@@ -81,18 +95,22 @@ function mark(mistakes) {
 
 /** Sends the text, and shows what the server finds. */
 async function compile() {
-    const number = ++sent;
+    // The server ends the work for a request that is given up.
+    compiling?.abort();
+    const asked = new AbortController();
+    compiling = asked;
     const text = source.value;
+    byId("state").textContent = "Reading the program …";
     let found;
     try {
-        found = await post("compile", { text });
+        found = await post("compile", { text }, asked.signal);
     } catch (error) {
-        if (number === sent) {
+        if (compiling === asked) {
             byId("state").textContent = error.message;
         }
         return;
     }
-    if (number !== sent) {
+    if (compiling !== asked) {
         return;
     }
     mark(found.mistakes);
@@ -105,8 +123,9 @@ async function compile() {
     const address = URL.createObjectURL(new Blob([found.code], { type: "text/javascript" }));
     try {
         const functions = await import(address);
-        if (number === sent) {
-            show(found.program, functions, (question, values) => elsewhere(text, question, values));
+        if (compiling === asked) {
+            found.program.file = file;
+            show(found.program, functions, (question, values, signal) => elsewhere(text, question, values, signal));
         }
     } finally {
         URL.revokeObjectURL(address);
@@ -114,9 +133,9 @@ async function compile() {
 }
 
 /** The answers of a question that the server computes. */
-async function elsewhere(text, question, values) {
+async function elsewhere(text, question, values, signal) {
     try {
-        return await post("ask", { text, question, values });
+        return await post("ask", { text, question, values }, signal);
     } catch (error) {
         return [{ text: "", error: error.message }];
     }
@@ -124,6 +143,7 @@ async function elsewhere(text, question, values) {
 
 source.addEventListener("input", () => {
     mark([]);
+    byId("link").textContent = "";
     clearTimeout(timer);
     timer = setTimeout(compile, PAUSE);
 });
@@ -135,9 +155,12 @@ window.addEventListener("hashchange", async () => {
     const text = await fromFragment(location.hash);
     if (text !== null && text !== source.value) {
         source.value = text;
+        file = text === own.text ? own.file : "program";
         await compile();
     }
 });
 
-source.value = (await fromFragment(location.hash)) ?? JSON.parse(byId("data").textContent).text;
+const linked = await fromFragment(location.hash);
+source.value = linked ?? own.text;
+file = source.value === own.text ? own.file : "program";
 await compile();

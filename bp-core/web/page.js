@@ -15,22 +15,15 @@ function element(name, attributes = {}, ...children) {
     return made;
 }
 
-/** A number with six digits, as `bp ask` prints it. */
-function digits(number) {
-    if (typeof number !== "number") {
-        return String(number);
-    }
-    return number !== 0 && (Math.abs(number) < 1e-4 || Math.abs(number) >= 1e7)
-        ? String(Number(number.toPrecision(6)).toExponential())
-        : String(Number(number.toPrecision(6)));
-}
-
 /** The program that is shown, the functions of its questions, and where other questions are asked. */
-const shownPage = { program: null, functions: {}, elsewhere: null, values: {}, question: 0, pending: 0 };
+const shownPage = { program: null, functions: {}, elsewhere: null, values: {}, question: 0, pending: 0, asked: null };
 
-/** Shows a program. `elsewhere(question, values)` answers a question that has no function; it may be null. */
+/** Shows a program. `elsewhere(question, values, signal)` answers a question that has no function; it may be null. */
 function show(program, functions, elsewhere) {
-    const before = shownPage.program?.questions[shownPage.question]?.name;
+    const before = shownPage.program?.questions[shownPage.question];
+    const moved = before === undefined ? [] : before.controls.filter((one) => shownPage.values[one.name] !== one.value);
+    const set = moved.map((one) => [one, shownPage.values[one.name]]);
+    forget();
     Object.assign(shownPage, { program, functions, elsewhere });
     document.title = program.name;
     byId("title").textContent = program.name;
@@ -44,23 +37,50 @@ function show(program, functions, elsewhere) {
     const names = program.questions.map((question) => (question.name ? `${question.name}: ${question.text}` : question.text));
     byId("question").replaceChildren(...names.map((name, at) => element("option", { value: String(at) }, name)));
     byId("questions").hidden = names.length === 0;
-    const kept = program.questions.findIndex((question) => question.name === before);
-    choose(Math.max(kept, 0));
+    const kept = program.questions.findIndex((question) => question.name === before?.name);
+    choose(Math.max(kept, 0), kept < 0 ? [] : set);
 }
 
-/** Shows a question with its controls at their first values. */
-function choose(at) {
+/** Gives up the answer that is awaited; if it still comes, it is not shown. */
+function forget() {
+    shownPage.asked?.abort();
+    shownPage.asked = null;
+    byId("waiting").textContent = "";
+    byId("answers").removeAttribute("aria-busy");
+}
+
+/** The value that a reader gave to a control of an earlier program, in a control of this one; null if it has none. */
+function keptValue(one, set) {
+    const [earlier, value] = set.find(([earlier]) => earlier.name === one.name && earlier.kind === one.kind) ?? [];
+    // A value that has changed in the text is what the reader wants to see.
+    if (earlier === undefined || earlier.value !== one.value) {
+        return null;
+    }
+    if (one.kind === "number") {
+        return one.whole && !Number.isInteger(value) ? null : value;
+    }
+    const place = one.names.indexOf(earlier.names[earlier.numbers.indexOf(value)]);
+    return place < 0 ? null : one.numbers[place];
+}
+
+/** Shows a question with its controls at their first values, or at those that a reader has `set` before. */
+function choose(at, set = []) {
+    forget();
     shownPage.question = at;
     const question = shownPage.program.questions[at];
     if (question === undefined) {
+        byId("answers").replaceChildren();
+        byId("controls").replaceChildren();
         return;
     }
     byId("question").value = String(at);
     byId("steps").innerHTML = question.derivation;
     // What is wider than the page is scrolled, also from the keyboard.
     byId("steps").querySelectorAll(".equation").forEach((line) => line.setAttribute("tabindex", "0"));
-    shownPage.values = Object.fromEntries(question.controls.map((control) => [control.name, control.value]));
+    shownPage.values = Object.fromEntries(question.controls.map((one) => [one.name, keptValue(one, set) ?? one.value]));
     const isFixed = question.refused !== null && shownPage.elsewhere === null;
+    byId("fixed").hidden = !isFixed;
+    byId("fixed").textContent = isFixed ? `There are no controls: ${question.refused}.` : "";
     const groups = [["Evidence", false], ["Parameters", true]].map(([legend, isParameter]) => {
         const own = question.controls.filter((control) => control.is_parameter === isParameter);
         return own.length === 0 || isFixed ? null : element("fieldset", {}, element("legend", {}, legend), ...own.map(control));
@@ -80,10 +100,11 @@ function control(one, at) {
         refresh();
     };
     const label = element("label", { for: id }, one.label);
+    const first = shownPage.values[one.name];
     if (one.kind === "menu") {
         const items = one.names.map((name, place) => element("option", { value: String(place) }, name));
         const menu = element("select", { id }, ...items);
-        menu.value = String(one.numbers.indexOf(one.value));
+        menu.value = String(one.numbers.indexOf(first));
         menu.addEventListener("input", () => set(one.numbers[Number(menu.value)]));
         return element("div", { class: "control" }, label, menu);
     }
@@ -94,7 +115,7 @@ function control(one, at) {
             value.textContent = one.names[Number(slider.value)];
             slider.setAttribute("aria-valuetext", value.textContent);
         };
-        slider.value = String(one.numbers.indexOf(one.value));
+        slider.value = String(one.numbers.indexOf(first));
         tell();
         slider.addEventListener("input", () => {
             tell();
@@ -104,13 +125,21 @@ function control(one, at) {
     }
     const range = { min: String(one.low), max: String(one.high), step: String(one.step) };
     const slider = element("input", { id, type: "range", ...range, step: "any" });
-    const box = element("input", { type: "number", step: "any", "aria-label": `${one.label}, as a number` });
-    slider.value = String(one.value);
-    box.value = digits(one.value);
+    const box = element("input", { type: "number", step: one.whole ? "1" : "any", "aria-label": `${one.label}, as a number` });
+    const wrong = element("p", { class: "error", role: "status" });
+    const short = (number) => String(Number(number.toPrecision(12)));
+    /** Says what is wrong with the number in the box; nothing if it is used. */
+    const tell = (words) => {
+        wrong.textContent = words === "" ? "" : `${words}; the answer is that of ${short(shownPage.values[one.name])}.`;
+        box.setAttribute("aria-invalid", String(words !== ""));
+    };
+    slider.value = String(first);
+    box.value = short(first);
     slider.addEventListener("input", () => {
-        const whole = Math.round((Number(slider.value) - one.low) / one.step);
-        const number = Number((one.low + whole * one.step).toPrecision(12));
-        box.value = digits(number);
+        const steps = Math.round((Number(slider.value) - one.low) / one.step);
+        const number = Number((one.low + steps * one.step).toPrecision(12));
+        box.value = short(number);
+        tell("");
         set(number);
     });
     slider.addEventListener("keydown", (event) => {
@@ -123,12 +152,18 @@ function control(one, at) {
         }
     });
     box.addEventListener("input", () => {
-        if (box.value !== "" && Number.isFinite(Number(box.value))) {
+        const number = Number(box.value);
+        if (box.value === "" || !Number.isFinite(number)) {
+            tell("This is not a number");
+        } else if (one.whole && !Number.isInteger(number)) {
+            tell("This is not an integer");
+        } else {
+            tell("");
             slider.value = box.value;
-            set(Number(box.value));
+            set(number);
         }
     });
-    return element("div", { class: "control" }, label, box, slider);
+    return element("div", { class: "control" }, label, box, slider, wrong);
 }
 
 /** Computes the answers and shows them, once for each frame. */
@@ -147,13 +182,13 @@ function refresh() {
 function answer() {
     const { program, functions, elsewhere, values, question: at } = shownPage;
     const question = program.questions[at];
+    forget();
     if (question.refused === null) {
         try {
             const results = question.functions.map((name) => functions[name](values));
-            const evidence = results[0].lnEvidence;
             draw(question.asks.map((ask) => {
                 const whole = picture(ask, results);
-                return { text: ask.text, rows: whole ? [] : rows(ask, results), picture: whole, lnEvidence: evidence };
+                return { text: ask.text, rows: whole ? [] : rows(ask, results), picture: whole, lnEvidence: lnEvidence(ask, results) };
             }));
         } catch (error) {
             draw([{ text: question.text, error: error.message }]);
@@ -164,9 +199,14 @@ function answer() {
         draw(question.fixed);
         return;
     }
-    const asked = JSON.stringify(values);
-    elsewhere(at, values).then((answers) => {
-        if (asked === JSON.stringify(shownPage.values) && shownPage.question === at) {
+    const asked = new AbortController();
+    shownPage.asked = asked;
+    byId("waiting").textContent = "Computing …";
+    byId("answers").setAttribute("aria-busy", "true");
+    elsewhere(at, { ...values }, asked.signal).then((answers) => {
+        // Another question may have been asked since, also of another program.
+        if (shownPage.asked === asked) {
+            forget();
             draw(answers);
         }
     });
@@ -179,10 +219,15 @@ function picture(ask, results) {
     return isWhole && left.length <= 2 && combinations(left) > 40 ? { left, numbers: distribution(ask.sources[0], results) } : null;
 }
 
+/** What decides whether the elements of an answer are used again. */
+function kindOf(answer) {
+    return answer.error ? "error" : answer.picture ? "picture" : answer.rows.map((row) => headings(cellsOf(row))).join(" ");
+}
+
 /** Shows answers; elements are used again, so that the page stays calm while a control moves. */
 function draw(answers) {
     const place = byId("answers");
-    const kinds = answers.map((one) => (one.error ? "error" : one.picture ? "picture" : `rows ${one.rows.length}`) + one.text);
+    const kinds = answers.map((one) => kindOf(one) + one.text);
     if (JSON.stringify(place.shown) !== JSON.stringify(kinds)) {
         place.shown = kinds;
         place.replaceChildren(...answers.map((one) => element("section", { class: "answer" }, element("h3", {}, one.text))));
@@ -199,52 +244,59 @@ function draw(answers) {
         } else {
             drawRows(section, one.rows);
         }
-        // Without evidence it is 0, up to rounding.
-        const isEvidence = Number.isFinite(one.lnEvidence) && Math.abs(one.lnEvidence) > 1e-12;
+        const isEvidence = one.lnEvidence !== null && one.lnEvidence !== undefined;
         const note = one.note ?? (isEvidence ? `ln P(evidence) = ${digits(one.lnEvidence)}` : "");
         const line = section.querySelector("p.note") ?? section.appendChild(element("p", { class: "note" }));
         line.textContent = note;
     });
 }
 
-/** The name and the number of a figure, and its bar. */
-function figureOf(figure) {
-    if (figure.p !== undefined) {
-        return [digits(figure.p), figure.p];
-    }
-    if (figure.interval !== undefined) {
-        return [`${digits(figure.interval[0])} to ${digits(figure.interval[1])}`, null];
-    }
-    const shown = Object.entries(figure).filter(([name]) => !["level", "infinite", "error"].includes(name));
-    const text = shown.map(([name, value]) => {
-        const number = Array.isArray(value) ? value.flat().map(digits).join(", ") : digits(value);
-        return `${name} ${typeof value === "object" && !Array.isArray(value) ? JSON.stringify(value) : number}`;
+/** The tables of rows; rows with other headings begin another table. */
+function drawRows(section, all) {
+    const cells = all.map(cellsOf);
+    const parts = [];
+    cells.forEach((own, at) => {
+        if (at === 0 || headings(own) !== headings(cells[at - 1])) {
+            parts.push([]);
+        }
+        parts[parts.length - 1].push(at);
     });
-    return [text.join(", ") + (figure.level !== undefined ? ` at ${figure.level}` : ""), null];
+    let place = section.querySelector(".scroll");
+    if (place === null) {
+        place = element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Answer" });
+        place.append(...parts.map(([first, ...rest]) => emptyTable(cells[first], all[first].figure, rest.length + 1)));
+        section.append(place);
+    }
+    const lines = [...place.querySelectorAll("tbody tr")];
+    lines.forEach((line, at) => {
+        cells[at].forEach(([, text], column) => {
+            line.cells[column].textContent = text;
+        });
+        const bar = line.querySelector(".bar div");
+        if (bar !== null) {
+            bar.style.width = `${100 * all[at].figure.p}%`;
+        }
+    });
 }
 
-function drawRows(section, all) {
-    let table = section.querySelector("table");
-    if (table === null) {
-        const head = (all[0]?.values ?? []).map(([name]) => element("th", { scope: "col" }, name));
-        const last = element("th", { scope: "col", colspan: "2" }, all[0]?.figure.p !== undefined ? "probability" : "value");
-        const body = element("tbody", {}, ...all.map(() => element("tr")));
-        table = element("table", {}, element("thead", {}, element("tr", {}, ...head, last)), body);
-        section.append(element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Answer" }, table));
-    }
-    [...table.tBodies[0].rows].forEach((line, at) => {
-        const { values, figure } = all[at];
-        const [text, share] = figureOf(figure);
-        if (line.cells.length !== values.length + 2) {
-            const bar = element("td", { class: "bar", "aria-hidden": "true" }, element("div"));
-            line.replaceChildren(...values.map(() => element("td")), element("td", { class: "number" }), bar);
-        }
-        values.forEach(([, value], column) => {
-            line.cells[column].textContent = value;
-        });
-        line.cells[values.length].textContent = text;
-        line.cells[values.length + 1].firstChild.style.width = `${100 * (share ?? 0)}%`;
+/** The headings of a row, as one text. */
+function headings(cells) {
+    return JSON.stringify(cells.map(([heading]) => heading));
+}
+
+/** A table of empty cells; rows of probabilities have bars. */
+function emptyTable(cells, figure, count) {
+    const hasBars = figure.p !== undefined;
+    const head = cells.map(([heading], at) => {
+        const span = hasBars && at === cells.length - 1 ? { colspan: "2" } : {};
+        return heading === "" ? element("td") : element("th", { scope: "col", ...span }, heading);
     });
+    const line = () => {
+        const bar = hasBars ? [element("td", { class: "bar", "aria-hidden": "true" }, element("div"))] : [];
+        return element("tr", {}, ...cells.map(() => element("td")), ...bar);
+    };
+    const body = element("tbody", {}, ...Array.from({ length: count }, line));
+    return element("table", {}, element("thead", {}, element("tr", {}, ...head)), body);
 }
 
 /** A colour between the page's background and its mark. */

@@ -206,7 +206,7 @@ fn every_exact_kernel_is_computed_by_node() {
 }
 
 /// What a program of node prints for an input.
-fn run(program: &str, given: &Value) -> Vec<Value> {
+pub(crate) fn run(program: &str, given: &Value) -> Vec<Value> {
     let mut node = Command::new("node")
         .args(["-e", &format!("{IMPORTS}{program}")])
         .stdin(Stdio::piped())
@@ -221,11 +221,12 @@ fn run(program: &str, given: &Value) -> Vec<Value> {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A question as a page asks it: how it is read, the values of its controls, and the rows of `ask`.
+/// A question as a page asks it: how it is read, the values of its controls, and the rows and ln P(evidence) of `ask`.
 struct Reading {
     moving: Value,
     values: BTreeMap<String, f64>,
     rows: Vec<Vec<Value>>,
+    ln_evidence: Vec<Option<f64>>,
 }
 
 /// The readings of a program's questions, at the first values of their controls and at others; and the code.
@@ -260,7 +261,8 @@ fn readings(path: &Path) -> (String, Vec<Reading>) {
             };
             let row = |row: &Row| json!({ "values": row.values, "figure": row.figure });
             let rows = answers.iter().map(|answer| answer.answer.iter().map(row).collect()).collect();
-            found.push(Reading { moving: serde_json::to_value(moving).unwrap(), values, rows });
+            let ln_evidence = answers.iter().map(|answer| answer.ln_evidence).collect();
+            found.push(Reading { moving: serde_json::to_value(moving).unwrap(), values, rows, ln_evidence });
         }
     }
     (made.code.module(), found)
@@ -268,17 +270,17 @@ fn readings(path: &Path) -> (String, Vec<Reading>) {
 
 /// Reads rows as a page does.
 const READER: &str = r#"
-Promise.all([module(text), module(`${answer}; export { rows };`)]).then(([functions, { rows }]) => {
+Promise.all([module(text), module(`${answer}; export { rows, lnEvidence };`)]).then(([functions, { rows, lnEvidence }]) => {
     const found = cases.map(({ moving, values }) => {
         const results = moving.functions.map((name) => functions[name](values));
-        return moving.asks.map((ask) => rows(ask, results));
+        return moving.asks.map((ask) => ({ rows: rows(ask, results), ln: lnEvidence(ask, results) }));
     });
     console.log(JSON.stringify(found));
 });
 "#;
 
 /// The text of a file of the page.
-fn web(name: &str) -> String {
+pub(crate) fn web(name: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("web").join(name)).unwrap()
 }
 
@@ -307,7 +309,7 @@ fn pages_show_the_rows_of_ask() {
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "bp"));
     paths.sort();
     let answer = web("functions.js") + &web("answer.js");
-    let mut count = 0;
+    let (mut count, mut evidence) = (0, 0);
     for path in paths {
         let (text, readings) = readings(&path);
         let cases: Vec<Value> = (readings.iter())
@@ -316,14 +318,23 @@ fn pages_show_the_rows_of_ask() {
         let found = run(READER, &json!({ "text": text, "answer": answer, "cases": cases }));
         for (reading, found) in readings.iter().zip(&found) {
             let place = format!("{}: {} {:?}", path.display(), reading.moving["text"], reading.values);
-            if let Some(difference) = difference(found, &json!(reading.rows)) {
+            let found = found.as_array().unwrap();
+            let rows: Value = found.iter().map(|one| one["rows"].clone()).collect();
+            if let Some(difference) = difference(&rows, &json!(reading.rows)) {
                 panic!("{place}: {difference}");
+            }
+            for (found, expected) in found.iter().zip(&reading.ln_evidence) {
+                if let (Some(ln), Some(expected)) = (found["ln"].as_f64(), expected) {
+                    assert!((ln - expected).abs() <= 1e-9, "{place}: ln P(evidence) is {ln}, not {expected}");
+                    evidence += 1;
+                }
             }
             count += 1;
         }
     }
     println!("{count} readings");
     assert!(count >= 80, "only {count} readings");
+    assert!(evidence >= 40, "only {evidence} probabilities of evidence");
 }
 
 #[test]

@@ -3,6 +3,9 @@
 //! In: arguments, files and pipes. Out: its output, its exit status, and the files that it leaves.
 
 mod cases;
+mod columns;
+#[cfg(feature = "serve")]
+mod connections;
 mod data;
 mod elements;
 mod emit;

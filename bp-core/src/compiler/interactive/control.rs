@@ -57,6 +57,8 @@ pub enum Kind {
         high: f64,
         /// Its step.
         step: f64,
+        /// Whether only integers are values.
+        whole: bool,
     },
 }
 
@@ -67,7 +69,10 @@ impl Control {
             (Domain::Real, _) => around(value),
             (Domain::Vector(_) | Domain::Set(_), _) | (_, None | Some(0)) => return None,
             (_, Some(count)) if count > MOST_VALUES => {
-                Kind::Number { low: domain.number(0), high: domain.number(count - 1), step: 1.0 }
+                let (low, high, whole) =
+                    (domain.number(0), domain.number(count - 1), domain.bins().is_none());
+                let step = if whole { 1.0 } else { (high - low) / STEPS };
+                Kind::Number { low, high, step, whole }
             }
             (_, Some(count)) => {
                 let names: Vec<String> = (0..count).map(|ordinal| domain.value_name(ordinal)).collect();
@@ -98,10 +103,12 @@ impl Control {
     /// The control of a parameter that is one number.
     pub fn of_parameter(parameter: &Parameter) -> Self {
         let (first, kind): (f64, fn(f64) -> Kind) = match parameter.kind {
-            ParameterKind::Probability => (0.5, |_| Kind::Number { low: 0.0, high: 1.0, step: 1.0 / STEPS }),
+            ParameterKind::Probability => {
+                (0.5, |_| Kind::Number { low: 0.0, high: 1.0, step: 1.0 / STEPS, whole: false })
+            }
             ParameterKind::Real => (1.0, around),
             ParameterKind::Integer | ParameterKind::Size | ParameterKind::Element(_) => {
-                (1.0, |value| Kind::Number { low: value - 10.0, high: value + 10.0, step: 1.0 })
+                (1.0, |value| Kind::Number { low: value - 10.0, high: value + 10.0, step: 1.0, whole: true })
             }
         };
         let value = parameter.default_number().unwrap_or(first);
@@ -118,7 +125,7 @@ fn around(value: f64) -> Kind {
         value if value > 0.0 => (ends[0], ends[1]),
         _ => (ends[1], ends[0]),
     };
-    Kind::Number { low, high, step: (high - low) / STEPS }
+    Kind::Number { low, high, step: (high - low) / STEPS, whole: false }
 }
 
 #[cfg(test)]
@@ -138,7 +145,7 @@ mod tests {
             (0.0, Kind::Slider { names, numbers: vec![-1.0, 0.0, 1.0] })
         );
         let real = control(&Domain::Real, -2.0);
-        assert_eq!(real.kind, Kind::Number { low: -6.0, high: -0.2, step: 5.8 / 200.0 });
+        assert_eq!(real.kind, Kind::Number { low: -6.0, high: -0.2, step: 5.8 / 200.0, whole: false });
         assert_eq!(Control::of_evidence("X", "X", &Domain::Vector(3), 0.0), None);
     }
 }

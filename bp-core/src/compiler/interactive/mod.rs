@@ -9,7 +9,7 @@ mod open;
 mod shown;
 
 pub use control::{Control, Kind};
-pub use open::{given, opened};
+pub use open::{begun, given, opened};
 pub use shown::{Axis, NamedStatistic, Shown, Source};
 
 use crate::emit::javascript::{Javascript, emit_javascript};
@@ -72,8 +72,8 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
                 let functions = Vec::new();
                 (Moving { name, text, controls, functions, asks, refused: None }, kernels)
             }
-            Err(error) => {
-                let refused = Some(error.to_string());
+            Err(Refused(reason)) => {
+                let refused = Some(reason);
                 let scalars = model.parameters.values().filter(|parameter| {
                     parameter.kind != ParameterKind::Size && parameter.default_number().is_some()
                 });
@@ -96,15 +96,33 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
 /// The kernels of a question, its controls with those of parameters, and its answers.
 type Compiled = (Vec<Kernel>, Vec<Control>, Vec<Shown>);
 
+/// The reason why a page does not compute a question.
+struct Refused(String);
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self(match error {
+            // The question may have an exact answer that a page does not compute.
+            Error::Unplanned { question, reason } => {
+                format!("a page does not compute `{question}`: {reason}")
+            }
+            other => other.to_string(),
+        })
+    }
+}
+
 /// Compiles an opened question.
-fn compiled(model: &Model, question: &Question, mut controls: Vec<Control>) -> Result<Compiled, Error> {
+fn compiled(model: &Model, question: &Question, mut controls: Vec<Control>) -> Result<Compiled, Refused> {
     question.asks.iter().try_for_each(|ask| shown::is_read(model, ask))?;
     let plan = by_sums(model, question)?;
     let mut parts: Vec<(Lowered, Vec<usize>)> = Vec::new();
     for route in &plan.routes {
         let Some(exact) = route.exact() else {
-            let reason = format!("it is not a sum of products: {}", route.reason());
-            return Err(Error::Unplanned { question: model.ask_text(&plan.question.asks[0]), reason });
+            let text = model.ask_text(&plan.question.asks[0]);
+            let (by, how) = (route.strategy().name().replace('_', " "), route.reason());
+            return Err(Refused(format!(
+                "`{text}` is answered by the strategy {by}, which a page does not compute ({how})"
+            )));
         };
         let name = match question.name.as_str() {
             "" => model.ask_text(&plan.question.asks[0]),

@@ -6,7 +6,7 @@
 use super::control::Control;
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Finding, Known, Model, Question, Statistic, Value};
+use crate::model::{Domain, Finding, Known, Model, Question, Statistic, Value};
 
 /// The question with its evidence open, and the controls that give it.
 pub fn opened(model: &Model, question: &Question) -> (Question, Vec<Control>) {
@@ -68,6 +68,31 @@ pub fn given(
         }
     }
     Ok(question)
+}
+
+/// A question with a value for each known variable that needs one: for a real whose value is open `real`, for a value that is
+/// given when the question is asked the first of its domain. A table of a finite variable stays a table.
+pub fn begun(model: &Model, question: &Question, real: f64) -> Question {
+    let mut question = question.clone();
+    let begin = |known: &mut Known| {
+        let domain = &model.variables[known.variable].domain;
+        let open = match &known.evidence {
+            Finding::Hard(Value::Given(name)) => !model.parameters.values().any(|one| one.name == *name),
+            Finding::Each => *domain == Domain::Real && !model.is_equation(known.variable),
+            _ => false,
+        };
+        if open && (domain.is_finite() || *domain == Domain::Real) {
+            let value = if domain.is_finite() { Value::Ordinal(0) } else { Value::Real(real) };
+            known.evidence = Finding::Hard(value);
+        }
+    };
+    for ask in &mut question.asks {
+        ask.known.iter_mut().for_each(begin);
+        if let Statistic::Divergence { from, .. } = &mut ask.statistic {
+            from.iter_mut().for_each(begin);
+        }
+    }
+    question
 }
 
 /// The name and the control of an observation; `None` where it stays as it is written.

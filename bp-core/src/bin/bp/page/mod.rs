@@ -59,16 +59,21 @@ pub(crate) fn content(
         };
         shown.push(own);
     }
-    let stem = Path::new(&source.name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let program = json!({
         "name": model.name,
         "documentation": model.documentation.trim(),
-        "file": stem.filter(|stem| stem != "-").unwrap_or_else(|| "program".to_owned()),
+        "file": stem(source),
         "text": source.text,
         "figure": sections(&sheets(&file, Notation::MathMl)),
         "questions": shown,
     });
     Ok(Content { program, interactive })
+}
+
+/// The name of a program's file, without its ending.
+fn stem(source: &Source) -> String {
+    let stem = Path::new(&source.name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    stem.filter(|stem| stem != "-").unwrap_or_else(|| "program".to_owned())
 }
 
 /// The derivation of a question, or the reason why it has none.
@@ -103,7 +108,12 @@ pub(crate) fn exported(file: &Path, typed: Option<&str>) -> Result<String, Failu
 #[cfg(feature = "serve")]
 pub(crate) fn with_editor(source: &Source, nonce: &str) -> String {
     let script = [FUNCTIONS, ANSWER, SCRIPT, EDITOR_SCRIPT].join("\n");
-    assembled("Bayesian Program", (EDITOR, nonce), &json!({ "text": source.text }), &script)
+    assembled(
+        "Bayesian Program",
+        (EDITOR, nonce),
+        &json!({ "text": source.text, "file": stem(source) }),
+        &script,
+    )
 }
 
 /// A page of its parts.
