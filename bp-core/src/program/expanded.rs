@@ -58,6 +58,9 @@ pub(super) fn expanded(
             return Err(Error::input(name, message));
         }
         for (element, value) in elements.into_iter().zip(values) {
+            if evidence.get(&element).is_some() {
+                return Err(Error::input(&element, format!("`{element}` is known twice")));
+            }
             known.set(element, value.clone());
         }
     }

@@ -269,6 +269,7 @@ fn elements_of_families_of_reals_are_known_in_every_group_of_questions() {
     let only = schools.marginals_of(&["Y[3]".into()], &known).unwrap();
     near(only.mean().unwrap(), 1.0);
     fails(schools.marginals(&evidence! { Y: [2.0, 1.0] }), &["2 values were given, but 3 are expected"]);
+    fails(schools.marginals(&evidence! { Y: [2.0, 1.0, 0.0], "Y[1]": 1.0 }), &["`Y[1]` is known twice"]);
     let batch = schools.batch(Cases::new().column("Y[1]", ["2", ""]).only(["Mu"])).unwrap();
     assert_eq!(batch.columns, ["ln_p_evidence", "Mu.mean", "Mu.deviation"]);
     near(batch.rows[0].as_ref().unwrap()[1], 1.0);

@@ -66,3 +66,19 @@ fn a_list_is_the_value_of_a_vector_that_has_a_law_as_a_whole() {
     let error = ballots.ask("P(Next | Votes = [2, 1, 0])").unwrap_err().to_string();
     assert!(error.contains("`Votes` has 2 components, but 3 values are given"), "{error}");
 }
+
+/// The odds of A by V = [1, 0] are N(1; 1, 1) / N(1; 0, 1) = exp(½), beside 1 : 1 of the prior.
+#[test]
+fn a_list_of_components_leaves_finite_variables_exact() {
+    let seen = Program::parse(
+        "program Seen {
+            variables { A : bool; V : real[2]; }
+            decomposition { P(A) P(V | A) }
+            forms { P(A) = bernoulli(0.5); P(V | A) = normal([if A { 1 } else { 0 }, 0], 1); }
+        }",
+    )
+    .unwrap();
+    let found = seen.ask("P(A | V = [1, 0])").unwrap();
+    assert!(found.strategy().is_exact());
+    close(found.p(true).unwrap(), 1.0 / (1.0 + (-0.5f64).exp()), "A");
+}

@@ -95,8 +95,8 @@ impl NamedLaw {
         loop {
             let middle = from + 0.5 * (to - from);
             if middle <= from || middle >= to {
-                // Between the numbers next to 0.
-                return if to.is_subnormal() && from < 0.0 { 0.0 } else { to };
+                // What is below the normal numbers is 0.
+                return if to.is_subnormal() { 0.0 } else { to };
             }
             if is_below(middle) { from = middle } else { to = middle }
         }

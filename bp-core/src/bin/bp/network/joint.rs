@@ -120,7 +120,10 @@ fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl W
             "variables": names,
             "mean": mean,
             "covariance": rows,
-            "entropy_nats": found.entropy()?,
+            "entropy_nats": match found.entropy()? {
+                entropy if entropy.is_finite() => json!(entropy),
+                _ => json!("-infinite"),
+            },
         });
         certainty(&mut answer, found.answer());
         return write_json(&answer, out);

@@ -139,7 +139,8 @@ impl Directions {
 /// mean. Directions are those of the correlations, so that the units of the sites do not matter.
 pub(super) fn learn(chains: &mut [&mut Directions], block: &Block) {
     let sites = block.sites.len();
-    let draws = chains.first().map_or(0, |chain| chain.history.len() / sites);
+    // A chain that is interrupted remembers less.
+    let draws = chains.iter().map(|chain| chain.history.len() / sites).min().unwrap_or(0);
     let later = draws - draws / 2;
     if chains.len() * later < DRAWS_A_SITE * sites {
         return;
@@ -199,7 +200,12 @@ mod tests {
             moves_rest: false,
             clumps: Vec::new(),
         };
-        learn(&mut [&mut directions], &Block { sites: vec![0, 1], count: 2, all });
+        let mut interrupted =
+            Directions { history: directions.history[..100].to_vec(), ..Directions::default() };
+        let block = Block { sites: vec![0, 1], count: 2, all };
+        learn(&mut [&mut directions.clone(), &mut interrupted], &block);
+        assert_eq!(interrupted.along.len(), 2);
+        learn(&mut [&mut directions], &block);
         let lengths: Vec<f64> =
             directions.along.iter().map(|(part, _)| part[0].hypot(part[1] / 1000.0)).collect();
         assert!((lengths[0] - long).abs() < 1e-9 && (lengths[1] - short).abs() < 1e-9, "{lengths:?}");

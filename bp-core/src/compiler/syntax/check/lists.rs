@@ -4,7 +4,7 @@
 //! list of another length is an error.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::model::{Domain, IndexSpace, Model};
+use crate::model::{Domain, Form, IndexSpace, Model};
 use crate::syntax::ast::{Ask, Expr, ExprKind, Finding, Item, Occurrence, Sign, Subject, Value, ValueKind};
 use std::borrow::Cow;
 
@@ -30,6 +30,13 @@ fn list(item: &Item) -> Option<&[Value]> {
     }
 }
 
+/// Whether the components of a form are counts of one total, which are known together.
+fn counts(form: &Form) -> bool {
+    let mut found = matches!(form, Form::Multinomial { .. });
+    form.each_part(&mut |part| found |= counts(part));
+    found
+}
+
 /// The numbers of a list; none if a value is given when the question is asked.
 pub(super) fn vector(values: &[Value]) -> Option<Vec<f64>> {
     let one = |value: &Value| match &value.kind {
@@ -50,7 +57,8 @@ fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
         _ => return vec![item],
     };
     let spoken = if before { format!("{}^-1", name.text) } else { name.text.clone() };
-    let Some(variable) = model.variable(&spoken).map(|id| &model.variables[id]) else { return vec![item] };
+    let Some(id) = model.variable(&spoken) else { return vec![item] };
+    let variable = &model.variables[id];
     let bound = |bound: &crate::syntax::ast::Bound| match (&bound.name, &bound.offset) {
         (None, Some((sign, text))) => super::integer(*sign, text),
         _ => None,
@@ -72,7 +80,8 @@ fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
         wrong.push(Diagnostic::new(item.at.0, message));
         return Vec::new();
     }
-    if variable.family.is_none() && vector(values).is_some() {
+    let form = model.factor_of(id).map(|factor| &model.factors[factor].form);
+    if variable.family.is_none() && vector(values).is_some() && form.is_some_and(counts) {
         return vec![item];
     }
     let one = |(place, value): (i64, &Value)| {
