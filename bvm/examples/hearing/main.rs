@@ -21,7 +21,7 @@ use clap::Parser;
 use rayon::prelude::*;
 use score::{Case, Outcome, reliability, table};
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Measure hearing.
@@ -50,7 +50,7 @@ struct Arguments {
 /// Ratios of signal to noise, dB.
 const RATIOS_DB: [f64; 3] = [20.0, 10.0, 0.0];
 
-fn head_of(path: &PathBuf, mirror: bool) -> Result<(Responses, Calibration), Box<dyn Error>> {
+fn head_of(path: &Path, mirror: bool) -> Result<(Responses, Calibration), Box<dyn Error>> {
     let (responses, bytes) = sofa::read(path)?;
     let responses = if mirror { responses.mirrored() } else { responses };
     let origin =
@@ -135,7 +135,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (index, place) in places.iter().enumerate() {
             for (sound, _) in sounds.iter().enumerate() {
                 for snr_db in ratios {
-                    if (index * 7 + sound * 3 + *snr_db as usize / 10) % step == 0 {
+                    if (index * 7 + sound * 3 + *snr_db as usize / 10).is_multiple_of(step) {
                         let (is_noise, seed) = (sound + 1 == sounds.len(), cases.len() as u64);
                         cases.push(Case { set, place: *place, sound, is_noise, snr_db: *snr_db, seed });
                     }
