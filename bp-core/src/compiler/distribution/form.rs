@@ -52,6 +52,11 @@ impl Setting<'_> {
         Ok(self.distribution(instance, values)?.ln_density(self.left_value(instance, values)))
     }
 
+    /// Whether the left-hand side is a binomial count, whose probability is computed without a sum where that is possible.
+    pub(crate) fn is_count(&self, instance: &Instance) -> bool {
+        matches!(self.form_at(instance), Form::Law { law: Law::Binomial, .. })
+    }
+
     /// ln of the probability of a binomial count all of whose values are in the domain, so that nothing is normalised.
     fn ln_count(&self, instance: &Instance, values: &[f64]) -> Result<Option<f64>, Error> {
         let form = self.form_at(instance);

@@ -9,6 +9,7 @@
 
 mod affine;
 mod check;
+mod contexts;
 mod dual;
 mod form;
 mod invalid;
@@ -23,6 +24,7 @@ mod written_out;
 mod zero;
 
 pub(crate) use affine::{LinearMean, has_square, no_square};
+pub(crate) use contexts::Contexts;
 pub use least::Least;
 pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, uses_elements};

@@ -179,15 +179,16 @@ impl<'s> Blankets<'s> {
                     0.0
                 }
                 Node::Weighed(instance) => {
-                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?
+                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?
                 }
                 // Its density comes with the integral; what is to be drawn begins at a value near those of its parents.
                 Node::Integrated(instance) if values[instance.left[0]].is_nan() => {
-                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?;
+                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?;
                     0.0
                 }
                 Node::Summed(instance, _) if values[instance.left[0]].is_nan() => {
-                    draw_or_weigh(self.setting, instance, self.observations, random, &mut values)?.min(0.0)
+                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?
+                        .min(0.0)
                 }
                 other => self.ln_density(other, &mut values)?,
             };
@@ -224,7 +225,7 @@ impl<'s> Blankets<'s> {
         for node in &self.forward {
             match node {
                 Node::Weighed(instance) => {
-                    draw_or_weigh(self.setting, instance, self.observations, random, values)?;
+                    draw_or_weigh(self.setting, (instance, None), self.observations, random, values)?;
                 }
                 other => {
                     self.ln_density(other, values)?;

@@ -14,6 +14,8 @@ use crate::sample::{Draws, Normals};
 #[derive(Clone, Debug)]
 pub(crate) struct Cloud {
     pub(crate) particles: Vec<Particle>,
+    /// Memory for the particles after resampling.
+    spare: Spare,
     /// ln of the weights, which sum to one.
     pub(crate) ln_weights: Vec<f64>,
     /// ln of what the guide expects of later observations, for each particle: it decides who survives, and does not weigh.
@@ -29,6 +31,16 @@ pub(crate) struct Cloud {
     pub(crate) ln_evidence: f64,
     /// The effective sample size, instant by instant.
     pub(crate) effective: Vec<f64>,
+}
+
+/// Particles whose memory is used again; a clone has none.
+#[derive(Debug, Default)]
+struct Spare(Vec<Particle>);
+
+impl Clone for Spare {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 /// The effective number of origins below which later ones replace them.
@@ -51,6 +63,7 @@ impl Cloud {
         let (origins, successors, parents) = (own(), own(), own());
         let (ln_evidence, effective) = (0.0, Vec::new());
         Self {
+            spare: Spare::default(),
             ln_weights,
             ln_ahead,
             origins,
@@ -109,7 +122,12 @@ impl Cloud {
         self.parents = chosen.iter().map(|own| *own as u32).collect();
         self.ln_ahead = chosen.iter().map(|own| self.ln_ahead[*own]).collect();
         self.ln_weights = self.ln_ahead.iter().map(|ahead| total - (count as f64).ln() - ahead).collect();
-        self.particles = chosen.into_iter().map(|own| self.particles[own].clone()).collect();
+        let spare = &mut self.spare.0;
+        spare.resize_with(count, || self.particles[0].clone());
+        for (spare, own) in spare.iter_mut().zip(chosen) {
+            spare.clone_from(&self.particles[own]);
+        }
+        std::mem::swap(&mut self.particles, spare);
         if self.forgets && effective_number(&self.origins) < FEW_ORIGINS {
             self.origins = std::mem::replace(&mut self.successors, numbered(count));
         }

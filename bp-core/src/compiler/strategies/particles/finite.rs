@@ -4,6 +4,7 @@
 //! probability of the observations given the particle before. Invariant: all that is drawn at the instant is finite, so the law is a
 //! sum over its combinations.
 
+use super::moving::Instances;
 use super::{Moves, Particle};
 use crate::distribution::{Setting, choose, ln_sum};
 use crate::error::Error;
@@ -27,8 +28,8 @@ impl Moves<'_> {
     pub(super) fn choose(
         &self,
         setting: &Setting<'_>,
-        observations: &Observations,
-        random: &mut Random,
+        instances: Instances<'_>,
+        (observations, random): (&Observations, &mut Random),
         particle: &mut Particle,
     ) -> Result<f64, Error> {
         let hidden: Vec<(usize, usize)> =
@@ -40,7 +41,7 @@ impl Moves<'_> {
             for ((slot, _), value) in hidden.iter().zip(values) {
                 (own.values[*slot], known.values[*slot]) = (value as f64, value as f64);
             }
-            let ln = self.run(setting, &self.now, &known, random, &mut own)?;
+            let ln = self.run(setting, instances, &known, random, &mut own)?;
             tried.push((ln, own));
         }
         let lns: Vec<f64> = tried.iter().map(|(ln, _)| *ln).collect();

@@ -122,7 +122,7 @@ impl Moves<'_> {
         let before: Vec<usize> = self.carried.iter().map(|(_, before)| *before).collect();
         for step in 0..=instants.len() {
             if step > 1 {
-                self.carry(&mut particle);
+                self.carry(&mut particle, &mut Vec::new());
             }
             let mut known = Observations::none(&self.setting);
             if let Some(number) = step.checked_sub(1) {
@@ -137,8 +137,7 @@ impl Moves<'_> {
                 (known.values[*slot], particle.values[*slot]) = (value, value);
             }
             let setting = if step <= 1 { &self.first } else { &self.setting };
-            let instances = if step == 0 { &self.before } else { &self.now };
-            self.run(setting, instances, &known, &mut random, &mut particle)?;
+            self.run(setting, self.instances(step), &known, &mut random, &mut particle)?;
             let Some(ahead) = guide.ahead(step, &particle.law) else { return Ok(None) };
             lead.ahead = ahead;
             leads.push(lead);

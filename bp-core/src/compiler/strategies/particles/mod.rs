@@ -16,6 +16,7 @@ mod finite;
 mod guide;
 mod lead;
 mod linear;
+mod moving;
 mod offer;
 mod paths;
 
@@ -25,27 +26,37 @@ pub(crate) use linear::{is_linear_in, linear};
 pub(crate) use offer::Engine;
 pub(crate) use paths::{Path, Paths};
 
-use crate::distribution::{Instance, LinearMean, Setting};
+use crate::distribution::{Contexts, Instance, Setting};
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::{Ask, DerivedKind};
 use crate::progress::{self, Work};
-use crate::random::Random;
 use crate::sample::{Observations, Sampling, Streams};
 use crate::strategies::gaussian::{SlotLaw, relevant};
 use crate::strategies::over_time::Instant;
-use crate::strategies::weighting::draw_or_weigh;
-use rand::RngExt;
+use crate::strategies::weighting::contexts;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// One particle.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Particle {
     /// The values of the drawn or observed slots.
     pub(crate) values: Vec<f64>,
     /// The law of the slots that are not drawn.
     pub(crate) law: SlotLaw,
+}
+
+impl Clone for Particle {
+    fn clone(&self) -> Self {
+        Self { values: self.values.clone(), law: self.law.clone() }
+    }
+
+    /// In the memory of this particle.
+    fn clone_from(&mut self, other: &Self) {
+        self.values.clone_from(&other.values);
+        self.law.clone_from(&other.law);
+    }
 }
 
 /// The transition of the particles.
@@ -61,6 +72,10 @@ pub(crate) struct Moves<'s> {
     /// The instances of X^-1 before the first instant, and those of an instant.
     before: Vec<Instance>,
     now: Vec<Instance>,
+    /// Their distributions where the parents are finite: those before the first instant, at it, and later.
+    contexts: [Vec<Option<Contexts>>; 3],
+    /// The values of an instant before anything is drawn.
+    blank: Vec<f64>,
     /// (slot of X, slot of X^-1)
     carried: Vec<(usize, usize)>,
     /// For a name that a question gives to an element, its slot and that of the element.
@@ -118,9 +133,14 @@ impl<'s> Moves<'s> {
         let slots = |(now, before): &(VariableId, VariableId)| {
             setting.slots_of(*now).zip(setting.slots_of(*before)).collect::<Vec<_>>()
         };
+        let (first, later) = (setting.at(true), setting.at(false));
+        let of =
+            |setting: &Setting<'_>, instances: &[Instance]| contexts(setting, instances, sampling.particles);
         Ok(Self {
-            setting: Arc::new(setting.at(false)),
-            first: Arc::new(setting.at(true)),
+            contexts: [of(&first, &before), of(&first, &now), of(&later, &now)],
+            blank: Observations::none(setting).values,
+            setting: Arc::new(later),
+            first: Arc::new(first),
             sampling,
             before,
             now,
@@ -193,7 +213,7 @@ impl<'s> Moves<'s> {
 
     /// A particle before its first value: a carried variable without an initial form is at rest.
     fn at_rest(&self) -> Particle {
-        let values = Observations::none(&self.setting).values;
+        let values = self.blank.clone();
         let mut particle = Particle { values, law: SlotLaw::new(self.dirac) };
         for (_, before) in self.carried.iter().filter(|(_, before)| self.linear[*before]) {
             if particle.values[*before] == 0.0 {
@@ -256,127 +276,5 @@ impl<'s> Moves<'s> {
         let (weights, ahead) = begun.iter().map(|(_, weight, ahead)| (*weight, *ahead)).unzip();
         let particles = begun.into_iter().map(|(particle, ..)| particle).collect();
         Ok(Cloud::new(particles, weights, ahead, self.constant.is_none()))
-    }
-
-    /// Follows one more instant; `false` where no particle agrees with its observations.
-    pub(crate) fn advance(&self, cloud: &mut Cloud, observed: &Instant) -> Result<bool, Error> {
-        self.advance_by(None, cloud, observed)
-    }
-
-    fn advance_by(
-        &self,
-        guide: Option<&Guide>,
-        cloud: &mut Cloud,
-        observed: &Instant,
-    ) -> Result<bool, Error> {
-        let (count, instant) = (cloud.particles.len(), cloud.effective.len());
-        let streams = Streams::new(self.sampling.seed, "particles");
-        let resampling = Streams::new(self.sampling.seed, "resampling");
-        match instant.checked_sub(1) {
-            Some(before) if cloud.effective[before] < 0.5 * count as f64 => {
-                cloud.resample(resampling.stream(before).random());
-            }
-            _ => cloud.keep_all(),
-        }
-        let observed = self.of_elements(observed);
-        let mut observations = Observations::none(&self.setting);
-        observed.iter().for_each(|(slot, value)| observations.values[*slot] = *value);
-        let step = |((number, particle), ln_weight): ((usize, &mut Particle), &f64)| {
-            // A particle of weight zero has no values from which the next instant could follow.
-            if *ln_weight == f64::NEG_INFINITY {
-                return Ok([0.0; 2]);
-            }
-            if instant > 0 {
-                self.carry(particle);
-            }
-            let mut random = streams.stream((instant + 1) * count + number);
-            observed.iter().for_each(|(slot, value)| particle.values[*slot] = *value);
-            self.moved(guide, instant + 1, &observations, &mut random, particle)
-        };
-        let particles = cloud.particles.par_iter_mut().enumerate();
-        let weights: Vec<[f64; 2]> =
-            particles.zip(&cloud.ln_weights).map(step).collect::<Result<_, Error>>()?;
-        cloud.ln_weights.iter_mut().zip(&weights).for_each(|(weight, [more, _])| *weight += more);
-        cloud.ln_ahead = weights.iter().map(|[_, ahead]| *ahead).collect();
-        Ok(cloud.settle())
-    }
-
-    /// Moves a particle to an instant (0 is X^-1 before the first): ln of its weight, and of what the guide expects.
-    fn moved(
-        &self,
-        guide: Option<&Guide>,
-        step: usize,
-        observations: &Observations,
-        random: &mut Random,
-        particle: &mut Particle,
-    ) -> Result<[f64; 2], Error> {
-        let setting = if step <= 1 { &self.first } else { &self.setting };
-        let instances = if step == 0 { &self.before } else { &self.now };
-        let Some(guide) = guide else {
-            let ln_weight = match step > 0 && self.choices(observations) > 1 {
-                true => self.choose(setting, observations, random, particle)?,
-                false => self.run(setting, instances, observations, random, particle)?,
-            };
-            return Ok([ln_weight, 0.0]);
-        };
-        let (lead, mut known) = (&guide.leads[step], observations.clone());
-        let (values, ln_proposal) = lead.propose(particle, random);
-        for (slot, value) in lead.proposed.iter().zip(values) {
-            (particle.values[*slot], known.values[*slot]) = (value, value);
-        }
-        let ln_weight = self.run(setting, instances, &known, random, particle)? - ln_proposal;
-        Ok([ln_weight, lead.ln_ahead(particle)])
-    }
-
-    /// X becomes X^-1.
-    fn carry(&self, particle: &mut Particle) {
-        let blank = Observations::none(&self.setting).values;
-        let before = std::mem::replace(&mut particle.values, blank);
-        for (now, previous) in self.carried.iter().filter(|(_, previous)| !self.linear[*previous]) {
-            particle.values[*previous] = before[*now];
-        }
-        let linear = self.carried.iter().filter(|(_, previous)| self.linear[*previous]);
-        for (_, previous) in linear.clone() {
-            particle.values[*previous] = f64::NAN;
-        }
-        particle.law = particle.law.renamed(linear.copied());
-    }
-
-    /// Runs the forms, parents first; returns the ln weight of the observations.
-    fn run(
-        &self,
-        setting: &Setting<'_>,
-        instances: &[Instance],
-        observations: &Observations,
-        random: &mut Random,
-        particle: &mut Particle,
-    ) -> Result<f64, Error> {
-        let mut ln_weight = 0.0;
-        for instance in instances {
-            ln_weight += match self.linear[instance.left[0]] {
-                true => self.extend(setting, instance, observations.values[instance.left[0]], particle)?,
-                false => draw_or_weigh(setting, instance, observations, random, &mut particle.values)?,
-            };
-            if ln_weight == f64::NEG_INFINITY {
-                break;
-            }
-        }
-        Ok(ln_weight)
-    }
-
-    /// Adds a linear variable to the law of a particle; if it is observed, weighs and conditions.
-    fn extend(
-        &self,
-        setting: &Setting<'_>,
-        instance: &Instance,
-        observed: f64,
-        particle: &mut Particle,
-    ) -> Result<f64, Error> {
-        let slot = instance.left[0];
-        let LinearMean { terms, constant, deviation } =
-            setting.linear_mean(instance, &particle.values, &self.linear)?;
-        particle.law.extend(slot, &terms, constant, deviation);
-        particle.values[slot] = f64::NAN;
-        Ok(if observed.is_nan() { 0.0 } else { particle.law.observe(slot, observed) })
     }
 }

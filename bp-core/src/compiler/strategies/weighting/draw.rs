@@ -7,7 +7,7 @@
 //! drawn from the conditional, and the weight is the marginal probability of the observed ones.
 
 use super::Treatment;
-use crate::distribution::{Distribution, Instance, Setting};
+use crate::distribution::{Contexts, Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::exec::scalar::Scalar;
 use crate::ids::FactorId;
@@ -16,6 +16,13 @@ use crate::random::Random;
 use crate::sample::{Draws, Observations, Sampling, Streams};
 use crate::strategies::conjugate::Marginal;
 use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Number of draws that one thread makes at a time.
+const CHUNK: usize = 256;
+
+/// Limit of the contexts of one instance whose distributions are kept.
+const MOST_CONTEXTS: usize = 4096;
 
 /// A step of a route, with its instances.
 pub(crate) struct Step {
@@ -41,32 +48,53 @@ pub(crate) fn weigh(
         let is_left = |instance: &Instance| !posterior.accounts_for(instance, &observations.values);
         steps.iter_mut().for_each(|step| step.instances.retain(is_left));
     }
+    let contexts: Vec<Vec<Option<Contexts>>> =
+        steps.iter().map(|step| contexts(setting, &step.instances, sampling.particles)).collect();
     let streams = Streams::new(sampling.seed, "weighting");
     let work = Work::of(sampling.particles);
-    let draw = |number: usize| {
-        if !work.goes_on() {
-            return Ok(None);
-        }
+    // The draws of a chunk: their ln weights, and the kept values of one after the other.
+    let draw = |chunk: usize| -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let numbers = chunk * CHUNK..sampling.particles.min((chunk + 1) * CHUNK);
         let mut values = observations.values.clone();
-        let mut random = streams.stream(number);
-        let mut ln_weight = 0.0;
-        if let Some(posterior) = posterior {
-            posterior.draw(&mut random, &mut values);
-            ln_weight += posterior.ln_evidence;
+        let (mut ln_weights, mut all) =
+            (Vec::with_capacity(numbers.len()), Vec::with_capacity(numbers.len() * kept.len()));
+        for number in numbers {
+            if !work.goes_on() {
+                break;
+            }
+            values.copy_from_slice(&observations.values);
+            let mut random = streams.stream(number);
+            let mut ln_weight = 0.0;
+            if let Some(posterior) = posterior {
+                posterior.draw(&mut random, &mut values);
+                ln_weight += posterior.ln_evidence;
+            }
+            ln_weight += draw_one(setting, (&steps, &contexts), observations, &mut random, &mut values)?;
+            ln_weights.push(ln_weight);
+            all.extend(kept.iter().map(|slot| values[*slot]));
         }
-        ln_weight += draw_one(setting, &steps, observations, &mut random, &mut values)?;
-        Ok(Some((ln_weight, kept.iter().map(|slot| values[*slot]).collect::<Vec<f64>>())))
+        Ok((ln_weights, all))
     };
-    let all: Vec<Option<(f64, Vec<f64>)>> =
-        (0..sampling.particles).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
+    let chunks = sampling.particles.div_ceil(CHUNK);
+    let all: Vec<(Vec<f64>, Vec<f64>)> =
+        (0..chunks).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
     // When the work is interrupted, the draws made so far answer.
-    let all: Vec<(f64, Vec<f64>)> = all.into_iter().flatten().collect();
-    if all.is_empty() {
+    let (ln_weights, values): (Vec<Vec<f64>>, Vec<Vec<f64>>) = all.into_iter().unzip();
+    let ln_weights = ln_weights.concat();
+    if ln_weights.is_empty() {
         return Err(Error::Interrupted);
     }
-    let ln_weights: Vec<f64> = all.iter().map(|(ln_weight, _)| *ln_weight).collect();
-    let values = all.into_iter().flat_map(|(_, values)| values).collect();
-    Ok(Draws::weighted(values, kept.len(), &ln_weights))
+    Ok(Draws::weighted(values.concat(), kept.len(), &ln_weights))
+}
+
+/// The distributions of instances whose parents are finite, for this number of draws. (A binomial count has an equation of its
+/// own, which sums no distribution.)
+pub(crate) fn contexts(setting: &Setting<'_>, instances: &[Instance], draws: usize) -> Vec<Option<Contexts>> {
+    let of = |instance: &Instance| match setting.is_count(instance) {
+        true => None,
+        false => Contexts::of(setting, instance, draws.min(MOST_CONTEXTS)),
+    };
+    instances.iter().map(of).collect()
 }
 
 pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) -> Result<Vec<Step>, Error> {
@@ -94,17 +122,18 @@ pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) 
 /// Makes one draw in `values`, which already holds the observations; returns its ln weight.
 fn draw_one(
     setting: &Setting<'_>,
-    steps: &[Step],
+    (steps, contexts): (&[Step], &[Vec<Option<Contexts>>]),
     observations: &Observations,
     random: &mut Random,
     values: &mut [f64],
 ) -> Result<f64, Error> {
     let mut ln_weight = 0.0;
-    for step in steps {
-        for instance in &step.instances {
+    for (step, contexts) in steps.iter().zip(contexts) {
+        for (instance, contexts) in step.instances.iter().zip(contexts) {
+            let contexts = contexts.as_ref();
             ln_weight += match &step.dirac {
                 Some(dirac) => solve(setting, instance, dirac, observations, values)?,
-                None => draw_or_weigh(setting, instance, observations, random, values)?,
+                None => draw_or_weigh(setting, (instance, contexts), observations, random, values)?,
             };
             if ln_weight == f64::NEG_INFINITY {
                 return Ok(ln_weight);
@@ -117,21 +146,36 @@ fn draw_one(
     Ok(ln_weight)
 }
 
-/// Draws the unobserved variables of a left-hand side, and returns the ln weight of the observed ones.
+/// Draws the unobserved variables of a left-hand side, and returns the ln weight of the observed ones. `contexts` holds the
+/// distributions of the instance, if its parents are finite.
 pub(crate) fn draw_or_weigh(
     setting: &Setting<'_>,
-    instance: &Instance,
+    (instance, contexts): (&Instance, Option<&Contexts>),
     observations: &Observations,
     random: &mut Random,
     values: &mut [f64],
 ) -> Result<f64, Error> {
     let observed = |slot: &usize| !observations.values[*slot].is_nan();
-    if instance.left.iter().all(observed) {
-        return setting.ln_density(instance, values);
+    let is_weighed = instance.left.iter().all(observed);
+    let distribution = match contexts {
+        None if is_weighed => return setting.ln_density(instance, values),
+        None => Cow::Owned(setting.distribution(instance, values)?),
+        Some(contexts) => contexts.at(setting, instance, values)?,
+    };
+    if is_weighed {
+        return Ok(distribution.ln_density(setting.left_value(instance, values)));
     }
-    let distribution = setting.distribution(instance, values)?;
-    let distribution = match distribution {
-        Distribution::Wide(probabilities) if instance.left.len() > 1 => {
+    if let [_] = instance.left.as_slice() {
+        return Ok(match distribution.draw(random) {
+            Some(value) => {
+                setting.put(instance, value, values);
+                0.0
+            }
+            None => f64::NEG_INFINITY,
+        });
+    }
+    let distribution = match distribution.into_owned() {
+        Distribution::Wide(probabilities) => {
             Distribution::Finite(probabilities.iter().map(|p| p.to_f64()).collect())
         }
         other => other,

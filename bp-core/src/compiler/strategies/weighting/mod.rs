@@ -10,7 +10,7 @@ mod preferred;
 mod refusal;
 
 pub(crate) use answer::{FEW, part, rows};
-pub(crate) use draw::{Step, draw_or_weigh, instances, solve, weigh};
+pub(crate) use draw::{Step, contexts, draw_or_weigh, instances, solve, weigh};
 pub(crate) use offer::{Engine, drawn, excludes, has_point, relevant};
 pub use offer::{Sampled, Treatment};
 pub(crate) use refusal::refused_factor;
