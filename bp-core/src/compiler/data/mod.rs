@@ -5,12 +5,14 @@
 //!
 //! `docs/formats.md`, section "Data files", describes the format.
 
+mod cells;
 mod plate;
 mod read;
 #[cfg(test)]
 mod tests;
 mod values;
 
+pub use cells::Cells;
 pub use plate::PlateData;
 pub use read::{open, read_table};
 pub use values::{MISSING, Value, Values, is_missing};

@@ -5,20 +5,34 @@
 //!
 //! E\[g\] = Σ wᵢ g(xᵢ) / Σ wᵢ
 
-use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+/// A number, by its bits, and its weight.
+type Entry = (u64, f64);
 
 /// Numbers and their weights.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Sample {
-    /// Keyed by the bits of the number: any fixed order will do.
-    weights: BTreeMap<u64, f64>,
+    /// In the order in which they were added, but for those that are merged already.
+    added: Vec<Entry>,
+    /// The number of entries above which equal numbers are merged.
+    most: usize,
+    /// In the order of the bits (any fixed order will do), each number once; made when the sample is read.
+    merged: OnceLock<Vec<Entry>>,
 }
 
 impl Sample {
     /// Adds a number with a weight.
     pub fn add(&mut self, number: f64, weight: f64) {
+        if let Some(merged) = self.merged.take() {
+            self.added = merged;
+        }
+        if self.added.len() > self.most.max(64) {
+            self.added = merged(std::mem::take(&mut self.added));
+            self.most = 2 * self.added.len();
+        }
         // −0 is 0.
-        *self.weights.entry((number + 0.0).to_bits()).or_default() += weight;
+        self.added.push(((number + 0.0).to_bits(), weight));
     }
 
     /// Adds another sample.
@@ -28,12 +42,13 @@ impl Sample {
 
     /// The numbers with their weights.
     pub fn iter(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.weights.iter().map(|(bits, weight)| (f64::from_bits(*bits), *weight))
+        let merged = self.merged.get_or_init(|| merged(self.added.clone()));
+        merged.iter().map(|(bits, weight)| (f64::from_bits(*bits), *weight))
     }
 
     /// Σ wᵢ
     pub fn total(&self) -> f64 {
-        self.weights.values().sum()
+        self.iter().map(|(_, weight)| weight).sum()
     }
 
     /// Whether it is empty.
@@ -109,9 +124,27 @@ impl Sample {
 
     /// The same weights on other numbers.
     pub fn map(&self, g: impl Fn(f64) -> f64) -> Sample {
-        let mut mapped = Sample::default();
-        self.iter().for_each(|(number, weight)| mapped.add(g(number), weight));
-        mapped
+        self.iter().map(|(number, weight)| (g(number), weight)).collect()
+    }
+}
+
+/// Entries in the order of their bits, each number once with the sum of its weights.
+fn merged(mut entries: Vec<Entry>) -> Vec<Entry> {
+    if !entries.is_sorted_by_key(|(bits, _)| *bits) {
+        entries.sort_by_key(|(bits, _)| *bits);
+    }
+    entries.dedup_by(|next, kept| {
+        let equal = next.0 == kept.0;
+        kept.1 += if equal { next.1 } else { 0.0 };
+        equal
+    });
+    entries
+}
+
+/// The same numbers with the same weights.
+impl PartialEq for Sample {
+    fn eq(&self, other: &Self) -> bool {
+        self.iter().eq(other.iter())
     }
 }
 
@@ -125,5 +158,39 @@ impl FromIterator<f64> for Sample {
         let mut sample = Sample::default();
         numbers.into_iter().for_each(|number| sample.add(number, 1.0));
         sample
+    }
+}
+
+/// Numbers with weights.
+impl FromIterator<(f64, f64)> for Sample {
+    fn from_iter<I: IntoIterator<Item = (f64, f64)>>(numbers: I) -> Self {
+        let bits = |(number, weight): (f64, f64)| ((number + 0.0).to_bits(), weight);
+        Self { added: numbers.into_iter().map(bits).collect(), ..Self::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Sample;
+    use std::collections::BTreeMap;
+
+    /// Samples are those of a map from numbers to weights, in whatever order numbers come and however often it is read.
+    #[test]
+    fn equal_numbers_are_one_entry() {
+        let mut sample = Sample::default();
+        let mut expected: BTreeMap<u64, f64> = BTreeMap::new();
+        for step in 0..5000_u32 {
+            let number = f64::from(step * 7919 % 1013) - 500.0;
+            let weight = f64::from(step % 5);
+            sample.add(number, weight);
+            *expected.entry((number + 0.0).to_bits()).or_default() += weight;
+            if step % 997 == 0 {
+                assert_eq!(sample.iter().count(), expected.len());
+            }
+        }
+        let expected: Vec<(f64, f64)> =
+            expected.into_iter().map(|(bits, weight)| (f64::from_bits(bits), weight)).collect();
+        assert_eq!(sample.iter().collect::<Vec<_>>(), expected);
+        assert_eq!(expected.iter().rev().copied().collect::<Sample>(), sample);
     }
 }

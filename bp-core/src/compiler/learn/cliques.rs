@@ -7,7 +7,9 @@
 //! Variables are eliminated one by one; messages go to the root and back (Lauritzen and Spiegelhalter 1988; Jensen,
 //! Lauritzen and Olesen 1990).
 
+use crate::distribution::ln_sum;
 use crate::elimination::order;
+use crate::radix;
 
 /// One clique.
 #[derive(Clone, Debug)]
@@ -27,6 +29,8 @@ pub(super) struct Cliques {
     cliques: Vec<Clique>,
     /// For each family its clique, and the position in its table of each cell of the clique.
     homes: Vec<(usize, Vec<u32>)>,
+    /// The number of cells of each family.
+    counts: Vec<usize>,
 }
 
 impl Cliques {
@@ -79,57 +83,87 @@ impl Cliques {
         });
         let homes =
             homes.iter().zip(families).map(|(home, family)| (*home, places(&made[*home].0, family, count)));
-        Ok(Self { cliques: cliques.collect(), homes: homes.collect() })
+        let counts = families.iter().map(|family| family.iter().map(|slot| count(*slot)).product());
+        Ok(Self { cliques: cliques.collect(), homes: homes.collect(), counts: counts.collect() })
     }
 
-    /// ln Σ Π of tables of logarithms, one for each family, and the probabilities of each family's cells. All of them are
-    /// 0 where the sum is.
-    pub(super) fn sum(&self, tables: &[Vec<f64>]) -> (f64, Vec<Vec<f64>>) {
-        let mut beliefs: Vec<Vec<f64>> = self.cliques.iter().map(|clique| vec![0.0; clique.cells]).collect();
-        for (table, (home, places)) in tables.iter().zip(&self.homes) {
-            add(&mut beliefs[*home], table, places);
+    /// Memory for the sums of one case.
+    pub(super) fn beliefs(&self) -> Beliefs {
+        let of = |count: &dyn Fn(&Clique) -> usize| -> Vec<Vec<f64>> {
+            self.cliques.iter().map(|clique| vec![0.0; count(clique)]).collect()
+        };
+        let message = |clique: &Clique| clique.parent.as_ref().map_or(1, |_| clique.message);
+        Beliefs {
+            cells: of(&|clique| clique.cells),
+            messages: of(&message),
+            back: Vec::new(),
+            most: Vec::new(),
+        }
+    }
+
+    /// ln Σ Π of tables of logarithms, one for each family; `beliefs` receives the distribution of each clique.
+    pub(super) fn sum<'t>(&self, tables: impl Iterator<Item = &'t [f64]>, beliefs: &mut Beliefs) -> f64 {
+        let Beliefs { cells, messages, back, most } = beliefs;
+        cells.iter_mut().for_each(|cells| cells.fill(0.0));
+        for (table, (home, places)) in tables.zip(&self.homes) {
+            add(&mut cells[*home], table, places);
         }
         let mut total = 0.0;
-        let mut messages = Vec::with_capacity(self.cliques.len());
         for (own, clique) in self.cliques.iter().enumerate() {
-            let message = match &clique.parent {
+            match &clique.parent {
                 Some((parent, own_places, theirs)) => {
-                    let message = summed(&beliefs[own], own_places, clique.message);
-                    add(&mut beliefs[*parent], &message, theirs);
-                    message
+                    sum_into(&cells[own], own_places, most, &mut messages[own]);
+                    add(&mut cells[*parent], &messages[own], theirs);
                 }
-                None => {
-                    total += summed(&beliefs[own], &vec![0; clique.cells], 1)[0];
-                    Vec::new()
-                }
-            };
-            messages.push(message);
+                None => total += ln_sum(&cells[own]),
+            }
         }
         if total == f64::NEG_INFINITY {
-            return (total, tables.iter().map(|table| vec![0.0; table.len()]).collect());
+            cells.iter_mut().for_each(|cells| cells.fill(0.0));
+            return total;
         }
         for (own, clique) in self.cliques.iter().enumerate().rev() {
-            let Some((parent, own_places, theirs)) = &clique.parent else { continue };
-            let mut back = summed(&beliefs[*parent], theirs, clique.message);
-            for (back, message) in back.iter_mut().zip(&messages[own]) {
-                // A state excluded by the clique stays excluded: −∞ − −∞ is NaN.
-                *back = if *message == f64::NEG_INFINITY { *message } else { *back - message };
+            if let Some((parent, own_places, theirs)) = &clique.parent {
+                back.resize(clique.message, 0.0);
+                sum_into(&cells[*parent], theirs, most, back);
+                for (back, message) in back.iter_mut().zip(&messages[own]) {
+                    // A state excluded by the clique stays excluded: −∞ − −∞ is NaN.
+                    *back = if *message == f64::NEG_INFINITY { *message } else { *back - message };
+                }
+                add(&mut cells[own], back, own_places);
             }
-            add(&mut beliefs[own], &back, own_places);
         }
-        let posteriors = tables.iter().zip(&self.homes).map(|(table, (home, places))| {
-            let belief = &beliefs[*home];
-            let most = belief.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let mut shares = vec![0.0; table.len()];
-            for (cell, place) in belief.iter().zip(places) {
-                shares[*place as usize] += (cell - most).exp();
-            }
-            let whole: f64 = shares.iter().sum();
-            shares.iter_mut().for_each(|share| *share /= whole);
-            shares
-        });
-        (total, posteriors.collect())
+        cells.iter_mut().for_each(|cells| normalise(cells));
+        total
     }
+
+    /// Appends the probabilities of each family's cells, from the distributions of the cliques; all 0 if the sum is.
+    pub(super) fn shares(&self, beliefs: &Beliefs, shares: &mut Vec<f64>) {
+        for ((home, places), count) in self.homes.iter().zip(&self.counts) {
+            let begin = shares.len();
+            shares.resize(begin + count, 0.0);
+            for (p, place) in beliefs.cells[*home].iter().zip(places) {
+                shares[begin + *place as usize] += p;
+            }
+        }
+    }
+}
+
+/// The memory of [`Cliques::sum`].
+pub(super) struct Beliefs {
+    /// Logarithms, at last the distribution of each clique.
+    cells: Vec<Vec<f64>>,
+    messages: Vec<Vec<f64>>,
+    back: Vec<f64>,
+    most: Vec<f64>,
+}
+
+/// The distribution that is proportional to the exponentials of some logarithms.
+fn normalise(cells: &mut [f64]) {
+    let most = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    cells.iter_mut().for_each(|cell| *cell = (*cell - most).exp());
+    let whole: f64 = cells.iter().sum();
+    cells.iter_mut().for_each(|cell| *cell /= whole);
 }
 
 /// Adds to each cell the entry at its position.
@@ -139,37 +173,37 @@ pub(super) fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
 
 /// ln Σ exp of the cells with the same position.
 pub(super) fn summed(cells: &[f64], places: &[u32], count: usize) -> Vec<f64> {
-    let mut most = vec![f64::NEG_INFINITY; count];
+    let mut sums = vec![0.0; count];
+    sum_into(cells, places, &mut Vec::new(), &mut sums);
+    sums
+}
+
+/// The same into an array; `most` is memory.
+fn sum_into(cells: &[f64], places: &[u32], most: &mut Vec<f64>, sums: &mut [f64]) {
+    most.clear();
+    most.resize(sums.len(), f64::NEG_INFINITY);
     for (cell, place) in cells.iter().zip(places) {
         most[*place as usize] = most[*place as usize].max(*cell);
     }
-    let mut sums = vec![0.0; count];
+    sums.fill(0.0);
     for (cell, place) in cells.iter().zip(places) {
         let most = most[*place as usize];
         if most > f64::NEG_INFINITY {
             sums[*place as usize] += (cell - most).exp();
         }
     }
-    sums.iter().zip(&most).map(|(sum, most)| if *sum > 0.0 { most + sum.ln() } else { *most }).collect()
+    for (sum, most) in sums.iter_mut().zip(most) {
+        *sum = if *sum > 0.0 { *most + sum.ln() } else { *most };
+    }
 }
 
 /// For each cell of a table over some slots the cell of one over some of them; the last slot fastest in both.
 pub(super) fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u32> {
-    let mut stride = 1;
-    let mut strides = vec![0; from.len()];
-    for slot in to.iter().rev() {
-        if let Some(axis) = from.iter().position(|one| one == slot) {
-            strides[axis] = stride;
-        }
-        stride *= count(*slot);
-    }
-    let mut places = vec![0];
-    for (slot, stride) in from.iter().zip(strides) {
-        let each =
-            |place: &u32| (0..count(*slot)).map(|value| place + (value * stride) as u32).collect::<Vec<_>>();
-        places = places.iter().flat_map(each).collect();
-    }
-    places
+    let counts: Vec<usize> = to.iter().map(|slot| count(*slot)).collect();
+    let strides = radix::strides(&counts);
+    let stride = |slot: &usize| to.iter().position(|one| one == slot).map_or(0, |axis| strides[axis]);
+    let axes = from.iter().map(|slot| (count(*slot), stride(slot))).collect();
+    radix::offsets(axes).map(|place| place as u32).collect()
 }
 
 #[cfg(test)]
@@ -194,7 +228,12 @@ mod tests {
             })
             .collect();
         let cliques = Cliques::new(&families, &|slot| counts[slot], 100).unwrap();
-        let (total, shares) = cliques.sum(&tables);
+        let (mut beliefs, mut shares) = (cliques.beliefs(), Vec::new());
+        // The memory of another case has no effect.
+        let others: Vec<Vec<f64>> = tables.iter().map(|table| vec![-1.0; table.len()]).collect();
+        cliques.sum(others.iter().map(Vec::as_slice), &mut beliefs);
+        let total = cliques.sum(tables.iter().map(Vec::as_slice), &mut beliefs);
+        cliques.shares(&beliefs, &mut shares);
         let mut expected: Vec<Vec<f64>> = tables.iter().map(|table| vec![0.0; table.len()]).collect();
         let mut sum = 0.0;
         for joint in 0..counts.iter().product::<usize>() {
@@ -208,12 +247,13 @@ mod tests {
             expected.iter_mut().zip(&cells).for_each(|(shares, cell)| shares[*cell] += p);
         }
         assert!((total - (sum.ln() - 900.0 * families.len() as f64)).abs() < 1e-9, "{total} {sum}");
-        for (found, expected) in shares.iter().flatten().zip(expected.iter().flatten()) {
+        assert_eq!(shares.len(), expected.iter().flatten().count());
+        for (found, expected) in shares.iter().zip(expected.iter().flatten()) {
             assert!((found - expected / sum).abs() < 1e-12, "{found} {}", expected / sum);
         }
         assert_eq!(Cliques::new(&families, &|slot| counts[slot], 6).unwrap_err().len(), 3);
-        let nothing =
-            cliques.sum(&tables.iter().map(|table| vec![f64::NEG_INFINITY; table.len()]).collect::<Vec<_>>());
-        assert_eq!(nothing.0, f64::NEG_INFINITY);
+        let nothing: Vec<Vec<f64>> =
+            tables.iter().map(|table| vec![f64::NEG_INFINITY; table.len()]).collect();
+        assert_eq!(cliques.sum(nothing.iter().map(Vec::as_slice), &mut beliefs), f64::NEG_INFINITY);
     }
 }

@@ -4,11 +4,11 @@
 //! variable, the weight, or ignored; every variable has a column, or is declared hidden; so a misspelled name is an
 //! error, and never a variable learned without data.
 
-use super::expect::MISSING;
-use super::learner::{Learner, NO_WEIGHT, is_weight};
+use super::distinct::{DistinctCases, MISSING};
+use super::learner::{Learner, NO_WEIGHT, count_seen, is_weight};
 use super::over_time::carried;
 use super::program::Program;
-use crate::data::{PlateData, Records, Values, is_missing};
+use crate::data::{Cells, PlateData, Records, Values, is_missing};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::near;
@@ -48,45 +48,83 @@ impl Learner {
     pub fn observe_table(&mut self, table: &Records, columns: &Columns) -> Result<(), Error> {
         let program = &self.learnable.program;
         let roles = roles(program, table, columns)?;
-        let size = |name: &str| program.size(name);
-        let values: Vec<Option<Values<'_>>> = (roles.iter())
-            .map(|role| match role {
-                Role::Slot(slot) => Some(Values::new(&program.model, program.slots[*slot].variable, &size)),
-                Role::Weight => Some(Values::reals("weight")),
-                Role::Sequence | Role::Ignored => None,
-            })
-            .collect();
-        let mut rows = Vec::with_capacity(table.len());
+        let over_time = !carried(&program.model).is_empty();
+        let mut cells = Row::of(program, table, &roles);
+        let alone = program.plate_slot().filter(|_| !over_time);
+        let (mut distinct, mut sequential) = (DistinctCases::new(program), Vec::new());
+        let mut seen = vec![0; program.slots.len()];
         for row in 0..table.len() {
-            let (mut key, mut weight) = (vec![MISSING; program.slots.len()], 1.0);
-            for (column, (role, values)) in roles.iter().zip(&values).enumerate() {
-                let Some(values) = values else { continue };
-                match (role, table.cell(row, column, values)?) {
-                    (Role::Slot(slot), Some(value)) => key[*slot] = (value.number + 0.0).to_bits(),
-                    (Role::Weight, Some(value)) if is_weight(value.number) => weight = value.number,
-                    (Role::Weight, _) => return Err(table.wrong(row, column, NO_WEIGHT)),
-                    _ => {}
-                }
-            }
-            let alone = program.plate_slot().filter(|_| carried(&program.model).is_empty());
+            let (key, weight) = cells.read(row)?;
             if let Some(index) = alone.filter(|slot| key[*slot] == MISSING) {
                 let name = &program.slots[index].name;
                 let message = "it is missing, but the program is repeated over it";
                 return Err(table.wrong_row(row, Error::input(name, message)));
             }
-            rows.push((key, weight));
+            match over_time {
+                true => sequential.push((key.to_vec(), weight)),
+                false => {
+                    count_seen(&mut seen, key);
+                    if weight > 0.0 {
+                        distinct.add(key, weight);
+                    }
+                }
+            }
         }
         self.weighted |= columns.weight.is_some();
         if let Some(column) = &columns.sequence {
             let column = table.needed(column)?;
             self.is_over_time()?;
-            return self.sequences_of(table, column, rows.into_iter().map(|(key, _)| key));
+            return self.sequences_of(table, column, sequential.into_iter().map(|(key, _)| key));
         }
-        if !carried(&self.learnable.program.model).is_empty() {
+        if over_time {
             self.begin(String::new());
+            sequential.into_iter().for_each(|(key, weight)| self.take(key, weight));
+            return Ok(());
         }
-        rows.into_iter().for_each(|(key, weight)| self.take(key, weight));
+        self.observed.append(distinct);
+        self.seen.iter_mut().zip(seen).for_each(|(all, seen)| *all += seen);
+        self.cases += table.len();
         Ok(())
+    }
+}
+
+/// Reads the rows of a table as cases.
+struct Row<'t> {
+    table: &'t Records,
+    /// The columns that are read, with their roles.
+    columns: Vec<(Role, usize, Cells<'t>)>,
+    /// The case of the last row: the bits of the number in each slot.
+    key: Vec<u64>,
+}
+
+impl<'t> Row<'t> {
+    fn of(program: &'t Program, table: &'t Records, roles: &[Role]) -> Self {
+        let size = |name: &str| program.size(name);
+        let values = |role: &Role| match role {
+            Role::Slot(slot) => Some(Values::new(&program.model, program.slots[*slot].variable, &size)),
+            Role::Weight => Some(Values::reals("weight")),
+            Role::Sequence | Role::Ignored => None,
+        };
+        let column =
+            |(column, role): (usize, &Role)| Some((*role, column, Cells::new(table, column, values(role)?)));
+        let columns = roles.iter().enumerate().filter_map(column).collect();
+        Self { table, columns, key: vec![MISSING; program.slots.len()] }
+    }
+
+    /// The case of a row, and its weight.
+    fn read(&mut self, row: usize) -> Result<(&[u64], f64), Error> {
+        let mut weight = 1.0;
+        for (role, column, cells) in &mut self.columns {
+            match (role, cells.value(row)?) {
+                (Role::Slot(slot), value) => {
+                    self.key[*slot] = value.map_or(MISSING, |value| (value.number + 0.0).to_bits());
+                }
+                (Role::Weight, Some(value)) if is_weight(value.number) => weight = value.number,
+                (Role::Weight, _) => return Err(self.table.wrong(row, *column, NO_WEIGHT)),
+                _ => {}
+            }
+        }
+        Ok((&self.key, weight))
     }
 }
 

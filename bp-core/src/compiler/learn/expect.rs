@@ -1,62 +1,56 @@
 //! The E step: expected statistics, with missing values summed out.
 //!
-//! In: cases. Out: ln P of all cases by the whole program, and the statistics of each distribution, hidden values
-//! weighted by their probabilities given the case. Invariant: sums are computed in logarithms and in the order of the
-//! cases, so that nothing underflows and the result does not depend on the number of threads.
+//! In: distinct cases. Out: ln P of all cases by the whole program, and the statistics of each distribution, hidden
+//! values weighted by their probabilities given the case. Invariant: sums are computed in logarithms and in the order of
+//! the cases, so that nothing underflows and the result does not depend on the number of threads.
 //!
 //! E: n(x, u) = Σ_cases P(X = x, U = u | case).
 //!
-//! A family whose left-hand slots are missing, and on which no observed variable depends, sums to one: it is omitted.
+//! Densities are computed once for all cases that read them ([`Terms`]); fully observed families are counted once for all
+//! iterations.
 
-use super::cliques::Cliques;
-use super::density::Densities;
-use super::distribution::{Finder, Learnable, Seen};
+use super::cliques::Beliefs;
+use super::distinct::{DistinctCases, MISSING};
+use super::distribution::Learnable;
+use super::pattern::Pattern;
 use super::program::Program;
-use super::statistics::{Statistic, grow};
+use super::statistics::Statistic;
+use super::terms::{Index, Terms};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::radix;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Limit of the joint values of the hidden slots of one clique.
-const MOST_VALUES: usize = 1 << 16;
+/// Number of cases whose probabilities one thread computes at a time.
+const CHUNK: usize = 256;
 
-/// A case as a key: the bits of the number in each slot, or [`MISSING`].
-pub(super) type Key = Box<[u64]>;
+/// Limit of the probabilities that are computed before they are counted.
+const MOST_SHARES: usize = 1 << 22;
 
-/// A bit pattern that is not the number of any case.
-pub(super) const MISSING: u64 = u64::MAX;
-
-/// The structure common to all cases with the same missing slots.
-#[derive(Clone, Debug)]
-struct Pattern {
-    /// Families that are fully observed.
-    seen: Vec<usize>,
-    /// Families with hidden slots, and these slots.
-    hidden: Vec<(usize, Vec<usize>)>,
-    cliques: Option<Cliques>,
-}
-
-/// A case, and the targets of its expected counts.
+/// A case with hidden values.
 #[derive(Clone, Debug)]
 struct Asked {
     pattern: usize,
-    /// Ordinals and reals; NaN if missing.
-    values: Box<[f64]>,
+    /// The position of its blocks in [`Cases::blocks`].
+    blocks: usize,
+    case: usize,
     weight: f64,
-    /// The fully observed part of a case with hidden learned values.
-    seen: Vec<(usize, Seen)>,
-    /// Hidden family, position among its hidden values, distribution, observation.
-    counts: Vec<(usize, usize, usize, Seen)>,
 }
 
 /// Prepared cases.
 pub(super) struct Cases {
+    distinct: DistinctCases,
     patterns: Vec<Pattern>,
+    /// The cases with hidden values.
     asked: Vec<Asked>,
-    /// The statistics of cases without hidden learned values.
-    complete: Vec<Statistic>,
+    /// For each of them, the block of each family with hidden values.
+    blocks: Vec<u32>,
+    terms: Terms,
+    /// Whether a term is an observation of a learned distribution.
+    observed: Vec<bool>,
+    /// The weight of the cases in which a term is fully observed.
+    complete: Vec<f64>,
 }
 
 /// The result of the E step: ln P of the cases, and statistics.
@@ -72,186 +66,157 @@ pub(super) trait Expectation {
 }
 
 impl Cases {
-    /// Groups cases by their missing slots.
-    pub(super) fn new(learnable: &mut Learnable, cases: &BTreeMap<Key, f64>) -> Result<Self, Error> {
-        let mut all = Self { patterns: Vec::new(), asked: Vec::new(), complete: Vec::new() };
+    /// Groups cases by their missing slots, and finds the terms of their families.
+    pub(super) fn new(learnable: &mut Learnable, cases: &DistinctCases) -> Result<Self, Error> {
+        let mut distinct = cases.clone();
+        distinct.merge();
         let mut known: BTreeMap<Vec<bool>, usize> = BTreeMap::new();
         let mut finder = learnable.finder()?;
-        for (key, weight) in cases {
-            let shape: Vec<bool> = key.iter().map(|bits| *bits != MISSING).collect();
-            let pattern = match known.get(&shape) {
-                Some(pattern) => *pattern,
+        let program = finder.program;
+        let whole = program.families.iter().map(|family| Index::of(program, family.slots.clone()));
+        let mut whole: Vec<Index> = whole.collect();
+        let (mut patterns, mut asked, mut blocks) = (Vec::<Pattern>::new(), Vec::new(), Vec::new());
+        let (mut terms, mut complete) = (Terms::default(), Vec::new());
+        let mut shape = Vec::with_capacity(program.slots.len());
+        for case in 0..distinct.len() {
+            let (mut values, mut numbers) = values(program, distinct.bits(case));
+            shape.clear();
+            shape.extend(numbers.iter().map(|number| !number.is_nan()));
+            let number = match known.get(&shape) {
+                Some(number) => *number,
                 None => {
-                    all.patterns.push(Pattern::of(finder.program, &shape)?);
-                    known.insert(shape, all.patterns.len() - 1);
-                    all.patterns.len() - 1
+                    patterns.push(Pattern::of(program, &shape)?);
+                    known.insert(shape.clone(), patterns.len() - 1);
+                    patterns.len() - 1
                 }
             };
-            all.case(&mut finder, key, *weight, pattern)?;
+            let (pattern, weight) = (&mut patterns[number], distinct.weight(case));
+            for family in &pattern.seen {
+                let index = (&mut finder, &mut whole[*family]);
+                let block = terms.block(index, (*family, &[]), case, (&mut values, &mut numbers))?;
+                complete.resize(terms.count, 0.0);
+                complete[terms.blocks[block].first] += weight;
+            }
+            if !pattern.hidden.is_empty() {
+                asked.push(Asked { pattern: number, blocks: blocks.len(), case, weight });
+            }
+            for hidden in &mut pattern.hidden {
+                let (index, family) = ((&mut finder, &mut hidden.index), (hidden.family, &hidden.slots[..]));
+                blocks.push(terms.block(index, family, case, (&mut values, &mut numbers))? as u32);
+            }
         }
-        grow(learnable, &mut all.complete);
-        Ok(all)
+        terms.finish();
+        complete.resize(terms.count, 0.0);
+        let observed = terms.observed();
+        Ok(Self { distinct, patterns, asked, blocks, terms, observed, complete })
     }
 
-    fn case(&mut self, finder: &mut Finder<'_>, key: &Key, weight: f64, number: usize) -> Result<(), Error> {
-        let (program, pattern) = (finder.program, &self.patterns[number]);
-        let mut numbers: Vec<f64> =
-            key.iter().map(|bits| if *bits == MISSING { f64::NAN } else { f64::from_bits(*bits) }).collect();
-        let value = |(slot, number): (usize, &f64)| program.value(slot, *number).unwrap_or(f64::NAN);
-        let mut values: Vec<f64> = numbers.iter().enumerate().map(value).collect();
-        let mut seen = Vec::new();
-        for family in pattern.seen.iter().map(|family| &program.families[*family]) {
-            if family.learned {
-                seen.extend(finder.locate(family, &values, &numbers)?);
-            }
-        }
-        let mut counts = Vec::new();
-        for (position, (family, slots)) in pattern.hidden.iter().enumerate() {
-            let family = &program.families[*family];
-            if !family.learned {
-                continue;
-            }
-            for cell in 0..cells(program, slots) {
-                put(program, slots, cell, &mut values);
-                slots.iter().for_each(|slot| numbers[*slot] = program.number(*slot, values[*slot]));
-                if let Some((distribution, seen)) = finder.locate(family, &values, &numbers)? {
-                    counts.push((position, cell, distribution, seen));
-                }
-            }
-            slots.iter().for_each(|slot| (values[*slot], numbers[*slot]) = (f64::NAN, f64::NAN));
-        }
-        if counts.is_empty() {
-            for (distribution, seen) in seen.drain(..) {
-                finder.grow(&mut self.complete);
-                self.complete[distribution].add(&seen, weight);
-            }
-        }
-        self.asked.push(Asked { pattern: number, values: values.into(), weight, seen, counts });
-        Ok(())
+    /// The terms of each hidden family of a case: the first, and the number of cells.
+    fn hidden(&self, asked: &Asked) -> impl Iterator<Item = (usize, usize)> {
+        let hidden = &self.patterns[asked.pattern].hidden;
+        let blocks = &self.blocks[asked.blocks..asked.blocks + hidden.len()];
+        hidden.iter().zip(blocks).map(|(own, block)| (self.terms.blocks[*block as usize].first, own.cells))
     }
 
     /// Whether a learned distribution depends on hidden values.
     pub(super) fn is_incomplete(&self) -> bool {
-        self.asked.iter().any(|asked| !asked.counts.is_empty())
+        let mut terms = self.asked.iter().flat_map(|asked| self.hidden(asked));
+        terms.any(|(first, cells)| self.observed[first..first + cells].contains(&true))
     }
 
-    /// The observed statistics, and hidden values with these weights instead of probabilities.
-    pub(super) fn weighted(&self, weight: &mut dyn FnMut(usize, usize, usize) -> f64) -> Vec<Statistic> {
-        let mut statistics = self.complete.clone();
-        for (number, asked) in self.asked.iter().enumerate() {
-            for (distribution, seen) in &asked.seen {
-                statistics[*distribution].add(seen, asked.weight);
-            }
-            for (family, cell, distribution, seen) in &asked.counts {
-                let share = weight(number, *family, *cell);
-                if share > 0.0 {
-                    statistics[*distribution].add(seen, asked.weight * share);
+    /// The observed statistics, and each hidden value with a weight from `weight` instead of its probability.
+    pub(super) fn weighted(&self, learnable: &Learnable, weight: &mut dyn FnMut() -> f64) -> Vec<Statistic> {
+        let mut weights = self.complete.clone();
+        for asked in &self.asked {
+            for term in self.hidden(asked).flat_map(|(first, cells)| first..first + cells) {
+                if self.observed[term] {
+                    weights[term] += asked.weight * weight();
                 }
             }
         }
-        statistics
+        self.terms.statistics(learnable, &weights)
+    }
+
+    /// ln P of the fully observed families of all cases.
+    fn ln_observed(&self, program: &Program, ln: &[f64]) -> Result<f64, Error> {
+        let mut sum = 0.0;
+        for block in &self.terms.blocks {
+            let (weight, ln) = (self.complete[block.first], ln[block.first]);
+            if weight > 0.0 && ln == f64::NEG_INFINITY {
+                return Err(self.impossible(program, block.case, Some(block.family)));
+            }
+            sum += if weight > 0.0 { weight * ln } else { 0.0 };
+        }
+        Ok(sum)
+    }
+
+    /// ln P of the hidden families of each of these cases, with the probabilities of their cells one after the other.
+    fn probabilities(&self, cases: &[Asked], ln: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut sums, mut shares) = (Vec::with_capacity(cases.len()), Vec::new());
+        let mut beliefs: Option<(usize, Beliefs)> = None;
+        for asked in cases {
+            let Some(cliques) = &self.patterns[asked.pattern].cliques else { continue };
+            let of_pattern = beliefs.take().filter(|(pattern, _)| *pattern == asked.pattern);
+            let (_, own) = beliefs.insert(of_pattern.unwrap_or_else(|| (asked.pattern, cliques.beliefs())));
+            let tables = self.hidden(asked).map(|(first, cells)| &ln[first..first + cells]);
+            sums.push(cliques.sum(tables, own));
+            cliques.shares(own, &mut shares);
+        }
+        (sums, shares)
+    }
+
+    /// The number of cases whose probabilities are computed before they are counted.
+    fn batch(&self) -> usize {
+        let width = |pattern: &Pattern| pattern.hidden.iter().map(|hidden| hidden.cells).sum::<usize>();
+        let widest = self.patterns.iter().map(width).max().unwrap_or(0);
+        (MOST_SHARES / widest.max(1)).next_multiple_of(CHUNK).max(CHUNK)
+    }
+
+    fn impossible(&self, program: &Program, case: usize, family: Option<usize>) -> Error {
+        impossible(program, &values(program, self.distinct.bits(case)).0, family)
     }
 }
 
 impl Expectation for Cases {
     fn expect(&self, learnable: &Learnable) -> Result<Expected, Error> {
         let program = &learnable.program;
-        let densities = Densities::new(program, self.asked.len())?;
-        let answers: Vec<(f64, Vec<Vec<f64>>)> = (self.asked.par_iter())
-            .map(|asked| self.patterns[asked.pattern].answer(program, &densities, &asked.values))
-            .collect::<Result<_, _>>()?;
-        // A case of weight 0 does not count, not even if it is impossible.
-        let weighted = self.asked.iter().zip(&answers).filter(|(asked, _)| asked.weight > 0.0);
-        let ln_likelihood = weighted.map(|(asked, (ln, _))| asked.weight * ln).sum();
-        let statistics = self.weighted(&mut |number, family, cell| answers[number].1[family][cell]);
-        Ok(Expected { ln_likelihood, statistics })
+        let ln = self.terms.ln(program, self.distinct.len())?;
+        let mut ln_likelihood = self.ln_observed(program, &ln)?;
+        let mut weights = self.complete.clone();
+        for batch in self.asked.chunks(self.batch()) {
+            let found: Vec<(Vec<f64>, Vec<f64>)> =
+                batch.par_chunks(CHUNK).map(|cases| self.probabilities(cases, &ln)).collect();
+            for (cases, (sums, shares)) in batch.chunks(CHUNK).zip(&found) {
+                let mut shares = shares.as_slice();
+                for (asked, sum) in cases.iter().zip(sums) {
+                    if *sum == f64::NEG_INFINITY {
+                        let nothing = |(first, cells): (usize, usize)| {
+                            ln[first..first + cells].iter().all(|ln| *ln == f64::NEG_INFINITY)
+                        };
+                        let by = self.hidden(asked).position(nothing);
+                        let by = by.map(|position| self.patterns[asked.pattern].hidden[position].family);
+                        return Err(self.impossible(program, asked.case, by));
+                    }
+                    ln_likelihood += asked.weight * sum;
+                    for (first, cells) in self.hidden(asked) {
+                        let (own, rest) = shares.split_at(cells);
+                        shares = rest;
+                        let counts = weights[first..first + cells].iter_mut();
+                        counts.zip(own).for_each(|(count, share)| *count += asked.weight * share);
+                    }
+                }
+            }
+        }
+        Ok(Expected { ln_likelihood, statistics: self.terms.statistics(learnable, &weights) })
     }
 }
 
-impl Pattern {
-    /// The structure of cases with these observed slots.
-    fn of(program: &Program, shown: &[bool]) -> Result<Self, Error> {
-        if let Some(index) = program.plate_slot().filter(|slot| !shown[*slot]) {
-            let message = "it is missing, but the program is repeated over it";
-            return Err(Error::input(&program.slots[index].name, message));
-        }
-        // From the children up: a variable on which nothing observed depends sums to one.
-        let (mut needed, mut kept) = (shown.to_vec(), Vec::new());
-        for (number, family) in program.families.iter().enumerate().rev() {
-            if family.instance.left.iter().any(|slot| needed[*slot]) {
-                family.slots.iter().for_each(|slot| needed[*slot] = true);
-                kept.push(number);
-            }
-        }
-        kept.reverse();
-        let mut pattern = Pattern { seen: Vec::new(), hidden: Vec::new(), cliques: None };
-        for number in kept {
-            let family = &program.families[number];
-            let hidden: Vec<usize> = family.slots.iter().copied().filter(|slot| !shown[*slot]).collect();
-            if let Some(real) = hidden.iter().find(|slot| program.slots[**slot].count.is_none()) {
-                let slot = &program.slots[*real];
-                let domain = program.model.domain_text(&program.model.variables[slot.variable].domain);
-                let head = program.head(family.instance.factor);
-                let message = format!(
-                    "it is `{domain}` and missing in some cases, on which `{head}` depends; only variables whose \
-                     values can be listed may be hidden"
-                );
-                return Err(Error::input(&slot.name, message));
-            }
-            match hidden.is_empty() {
-                true => pattern.seen.push(number),
-                false => pattern.hidden.push((number, hidden)),
-            }
-        }
-        if !pattern.hidden.is_empty() {
-            let scopes: Vec<Vec<usize>> = pattern.hidden.iter().map(|(_, slots)| slots.clone()).collect();
-            let count = |slot: usize| program.slots[slot].count.unwrap_or(1);
-            let cliques = Cliques::new(&scopes, &count, MOST_VALUES);
-            pattern.cliques = Some(cliques.map_err(|slots| {
-                let names: Vec<&str> = slots.iter().map(|slot| program.slots[*slot].name.as_str()).collect();
-                let message = format!("together they have more than {MOST_VALUES} hidden values");
-                Error::input(names.join(" "), message)
-            })?);
-        }
-        Ok(pattern)
-    }
-
-    /// ln P of a case, and for each hidden family the probabilities of its hidden values.
-    fn answer(
-        &self,
-        program: &Program,
-        densities: &Densities<'_>,
-        case: &[f64],
-    ) -> Result<(f64, Vec<Vec<f64>>), Error> {
-        let mut ln = 0.0;
-        for family in &self.seen {
-            let own = densities.ln(*family, case)?;
-            if own == f64::NEG_INFINITY {
-                return Err(impossible(program, case, Some(*family)));
-            }
-            ln += own;
-        }
-        let Some(cliques) = &self.cliques else { return Ok((ln, Vec::new())) };
-        let mut values = case.to_vec();
-        let mut tables = Vec::with_capacity(self.hidden.len());
-        for (family, slots) in &self.hidden {
-            let cells = cells(program, slots);
-            let mut table = Vec::with_capacity(cells);
-            for cell in 0..cells {
-                put(program, slots, cell, &mut values);
-                table.push(densities.ln(*family, &values)?);
-            }
-            if table.iter().all(|cell| *cell == f64::NEG_INFINITY) {
-                return Err(impossible(program, case, Some(*family)));
-            }
-            tables.push(table);
-        }
-        let (sum, posteriors) = cliques.sum(&tables);
-        match sum == f64::NEG_INFINITY {
-            true => Err(impossible(program, case, None)),
-            false => Ok((ln + sum, posteriors)),
-        }
-    }
+/// The values of all slots, and the numbers in the data; NaN if missing.
+fn values(program: &Program, bits: impl Iterator<Item = u64>) -> (Vec<f64>, Vec<f64>) {
+    let number = |bits| if bits == MISSING { f64::NAN } else { f64::from_bits(bits) };
+    let numbers: Vec<f64> = bits.map(number).collect();
+    let value = |(slot, number): (usize, &f64)| program.value(slot, *number).unwrap_or(f64::NAN);
+    (numbers.iter().enumerate().map(value).collect(), numbers)
 }
 
 /// The number of joint values of some slots.

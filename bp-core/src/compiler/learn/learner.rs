@@ -5,9 +5,10 @@
 
 use super::case::{Case, no_value};
 use super::columns::are_columns;
+use super::distinct::{DistinctCases, Key, MISSING};
 use super::distribution::{Distribution, Learnable, cells_of};
 use super::estimate::{Step, check_unbiased, estimate, spreads};
-use super::expect::{Cases, Expectation, Key, MISSING};
+use super::expect::{Cases, Expectation};
 use super::maximise::maximise;
 use super::over_time::{Sequences, carried};
 use super::program::Program;
@@ -19,14 +20,13 @@ use crate::exec::Inputs;
 use crate::model::Model;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{RngExt, SeedableRng};
-use std::collections::BTreeMap;
 
 /// The cases so far.
 #[derive(Clone, Debug)]
 pub struct Learner {
     pub(super) learnable: Learnable,
     /// Cases with their counts.
-    pub(super) observed: BTreeMap<Key, f64>,
+    pub(super) observed: DistinctCases,
     /// Over time: sequences of cases, each with its name.
     pub(super) sequences: Vec<(String, Vec<Key>)>,
     pub(super) cases: usize,
@@ -55,8 +55,8 @@ impl Learner {
         let learnable = Learnable::new(model, given)?;
         let count = learnable.program.slots.len();
         Ok(Self {
+            observed: DistinctCases::new(&learnable.program),
             learnable,
-            observed: BTreeMap::new(),
             sequences: Vec::new(),
             cases: 0,
             seen: vec![0; count],
@@ -156,9 +156,7 @@ impl Learner {
     /// Adds a checked case.
     pub(super) fn take(&mut self, key: Vec<u64>, weight: f64) {
         self.cases += 1;
-        for (seen, bits) in self.seen.iter_mut().zip(&key) {
-            *seen += usize::from(*bits != MISSING);
-        }
+        count_seen(&mut self.seen, &key);
         if self.is_instant(&key) {
             if self.sequences.is_empty() {
                 self.begin(String::new());
@@ -168,7 +166,7 @@ impl Learner {
         }
         // A case of weight 0 does not count, not even that it is possible.
         if weight > 0.0 {
-            *self.observed.entry(key.into()).or_default() += weight;
+            self.observed.add(&key, weight);
         }
     }
 
@@ -201,7 +199,7 @@ impl Learner {
             let mut generator = Xoshiro256PlusPlus::seed_from_u64(settings.seed);
             // EM cannot leave a start in which all values of a hidden variable are equivalent: weights are drawn, u⁴
             // for contrast.
-            let start = cases.weighted(&mut |_, _, _| generator.random::<f64>().powi(4) + 1e-3);
+            let start = cases.weighted(&learnable, &mut || generator.random::<f64>().powi(4) + 1e-3);
             let keep: Vec<bool> =
                 learnable.distributions().iter().map(|it| is_given(&learnable, it)).collect();
             let found = maximise(&mut learnable, &cases, &start, &keep, settings, progress)?;
@@ -215,7 +213,7 @@ impl Learner {
                 course: Some(found.course),
             };
         } else {
-            statistics = cases.weighted(&mut |_, _, _| 0.0);
+            statistics = cases.weighted(&learnable, &mut || 0.0);
             let spreads = spreads(&learnable, &statistics);
             let keep = vec![false; statistics.len()];
             let step = Step { keep: &keep, spreads: &spreads, iterating: false };
@@ -259,6 +257,11 @@ impl Learner {
         let report = report(self, &learnable, figures);
         Ok(Learned { learnable, report })
     }
+}
+
+/// Counts the slots that a case observes.
+pub(super) fn count_seen(seen: &mut [usize], key: &[u64]) {
+    seen.iter_mut().zip(key).for_each(|(seen, bits)| *seen += usize::from(*bits != MISSING));
 }
 
 /// The error message for a number that cannot be a weight.

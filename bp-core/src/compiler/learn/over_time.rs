@@ -7,8 +7,9 @@
 //! E: n(x, u) = Σ_sequences Σₜ P(Xₜ = x, Uₜ = u | z₁..T), from α and β (Baum, Petrie, Soules and Weiss, *Annals of
 //! Mathematical Statistics* 41:164-171, 1970; Rabiner 1989).
 
+use super::distinct::{Key, MISSING};
 use super::distribution::{Finder, Learnable, Seen};
-use super::expect::{Expectation, Expected, Key, MISSING, cells, put};
+use super::expect::{Expectation, Expected, cells, put};
 use super::messages::{Messages, Part};
 use super::program::Program;
 use super::statistics::{Statistic, grow};

@@ -130,7 +130,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
     };
     Report {
         cases: learner.cases,
-        weight: learner.weighted.then(|| learner.observed.values().sum()),
+        weight: learner.weighted.then(|| learner.observed.total()),
         cells_missing: learner.seen.iter().zip(&learner.of_rows).map(missing).sum(),
         hidden: never_seen(program, &learner.seen),
         ln_likelihood: figures.ln_likelihood.min(most) + 0.0,
