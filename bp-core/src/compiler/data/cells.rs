@@ -64,7 +64,7 @@ mod tests {
     /// Against [`Records::cell`], for texts that differ only in blanks, in length, or in a byte that is zero.
     #[test]
     fn cells_are_those_of_the_table() {
-        let text = "program P { variables { A : { low, high }; R : real; }
+        let text = "program Table { variables { A : { low, high }; R : real; }
             decomposition { P(A) P(R) } forms { P(A) = uniform; P(R) = normal(0, 1); } }";
         let model = crate::syntax::compile(&Source::new("p", text)).unwrap();
         let mut rows = String::from("A,R\n");
