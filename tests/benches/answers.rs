@@ -241,9 +241,8 @@ fn counts(criterion: &mut Criterion) {
     };
     let learning = Learning::of_records(table);
     let (learned, expected) = (program.learn(learning.clone()).unwrap(), by_hand());
-    for class in 0..3 {
+    for (class, own) in expected[5].iter().enumerate() {
         let found = learned.ask(&format!("P(F4 | C = {class})")).unwrap();
-        let own = expected[5][class];
         for (value, count) in own.iter().enumerate() {
             // `unknown` counts each value once more.
             let p = f64::from(count + 1) / f64::from(own.iter().sum::<u32>() + 4);
