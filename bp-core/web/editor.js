@@ -51,7 +51,7 @@ async function toFragment(text) {
     return `#p=${letters.replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}`;
 }
 
-/** The text of a fragment; null if it holds none. A damaged fragment is said to be so, and holds none. */
+/** The text of a fragment; null if it holds none. A damaged fragment is reported, and holds none. */
 async function fromFragment(fragment) {
     byId("link").textContent = "";
     if (!fragment.startsWith("#p=")) {

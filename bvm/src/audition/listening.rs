@@ -171,7 +171,7 @@ impl Listening {
     }
 
     /// The sources of a look, of which the cues of its parts are given: a part is a tenth of a second or so, in which each
-    /// band has one source. Voices that are told apart have their sources each, most probable first.
+    /// band has one source. Voices that are separated have sources of their own, most probable first.
     ///
     /// # Errors
     /// Only the kernel's own checks, which valid data pass.

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 /// a and b above which the density is integrated: the fraction would need more steps than its limit.
 const FAR: f64 = 1e7;
 
-/// The largest a and b that are told apart: a law with larger ones has all its probability at one f64.
+/// The largest a and b that are distinguished: a law with larger ones has all its probability at one f64.
 const LARGEST: f64 = 1e300;
 
 /// I_x(a, b) and 1 − I_x(a, b).

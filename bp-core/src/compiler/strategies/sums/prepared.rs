@@ -43,7 +43,7 @@ impl Kernels {
         let mut diracs = relevant(model, &exact.asks);
         diracs.retain(|id| {
             let factor = &model.factors[*id];
-            // A function's values beyond the range of numbers are none of its domain.
+            // A function's values beyond the range of numbers lie outside its domain.
             let matters = |left: &VariableUse| {
                 let variable = &model.variables[left.variable];
                 !variable.domain.is_finite() || variable.derived == Some(DerivedKind::Function)
