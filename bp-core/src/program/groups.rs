@@ -44,7 +44,7 @@ pub(super) fn joint(program: &Program, of: &[String], evidence: &Evidence) -> Re
     let inputs = program.settings.inputs();
     let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;
-    let about = all.elements(of)?;
+    let about = all.elements(&each_element(&setting, of))?;
     let ask = all.ask(Statistic::Distribution, &variables(&about));
     all.knowledge.elements.about = about;
     let answers = all.answers(vec![ask], Group::Joint)?;
@@ -100,12 +100,13 @@ pub(super) fn observations(
     (about, among): (&[String], &[String]),
     evidence: &Evidence,
 ) -> Result<(f64, Vec<Observation>), Error> {
+    let inputs = program.settings.inputs();
+    let setting = Setting::new(program.model(), &inputs)?;
+    let (about, among) = (&each_element(&setting, about), &each_element(&setting, among));
     let named: Vec<String> = about.iter().chain(among).cloned().collect();
     if let Some((expanded, _, evidence)) = expanded(program, &named, evidence)? {
         return observations(&expanded, (about, among), &evidence);
     }
-    let inputs = program.settings.inputs();
-    let setting = Setting::new(program.model(), &inputs)?;
     let mut all = Several::new(program, &setting, &inputs, evidence)?;
     let about = all.elements(about)?;
     let mut among = match among.is_empty() {
@@ -146,6 +147,15 @@ pub(super) fn observations(
     Ok((entropy, found))
 }
 
+/// The names of elements: a family, or a vector, stands for all of its own.
+fn each_element(setting: &Setting<'_>, names: &[String]) -> Vec<String> {
+    let elements = |name: &String| match setting.model.variable(name).map(|id| setting.slots_of(id)) {
+        Some(slots) if slots.len() > 1 => slots.map(|slot| setting.slot_name(slot)).collect(),
+        _ => vec![name.clone()],
+    };
+    names.iter().flat_map(elements).collect()
+}
+
 /// The variables of some elements, each once.
 fn variables(elements: &[(VariableId, usize)]) -> Vec<VariableId> {
     let mut all: Vec<VariableId> = Vec::new();
@@ -182,18 +192,7 @@ impl<'p> Several<'p> {
 
     /// Elements by name; a variable without a family has one element.
     fn elements(&self, names: &[String]) -> Result<Vec<(VariableId, usize)>, Error> {
-        let one = |name: &String| {
-            let (variable, element) = self.names.find(name)?;
-            let slots = self.names.setting.slots_of(variable);
-            if element.is_none() && slots.len() > 1 {
-                let first = self.names.setting.slot_name(slots.start);
-                return Err(Error::input(
-                    name,
-                    format!("it is a family: name its elements, such as `{first}`"),
-                ));
-            }
-            Ok((variable, element.unwrap_or(0)))
-        };
+        let one = |name: &String| self.names.find(name).map(|(variable, at)| (variable, at.unwrap_or(0)));
         names.iter().map(one).collect()
     }
 

@@ -101,3 +101,43 @@ fn what_is_read_at_later_instants_only_needs_no_factor_before_the_first() {
     let found = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![f64::NAN]]).unwrap();
     near(&figures(&found)[found.answer.len() - 2..], &[1.0 - 0.3575, 0.3575], 1e-14);
 }
+
+/// Nothing stands before the first instant where it has a form of its own: the answers begin with the second.
+#[test]
+fn a_variable_before_the_first_instant_has_no_answer() {
+    let model = model_of(STARTED);
+    let on = |text: &str, rows: &[f64]| {
+        let rows: Vec<Vec<f64>> = rows.iter().map(|value| vec![*value]).collect();
+        asked(&model, text, &["Light"], &rows)
+    };
+    let found = on("smooth P(Up^-1 | Light)", &[1.0, 0.0]).unwrap();
+    assert_eq!(found.answer.iter().map(|row| row.values[0].1.clone()).collect::<Vec<_>>(), ["2", "2"]);
+    // P(up₁ | on, off), as above.
+    let (up, down) = (0.72 * 0.31, 0.04 * 0.73);
+    near(&figures(&found), &[down / (up + down), up / (up + down)], 1e-14);
+    let sequence = on("sequence P(Up Up^-1 | Light)", &[1.0, 0.0]).unwrap();
+    let values: Vec<&str> =
+        sequence.answer.iter().flat_map(|row| &row.values).map(|it| it.1.as_str()).collect();
+    assert_eq!(values, ["2", "false", "true"]);
+    let refused = on("filter P(Up^-1 | Light)", &[1.0]).unwrap_err().to_string();
+    assert!(refused.contains("`Up^-1` has no value at the first instant"), "{refused}");
+}
+
+/// The rows of a table are those of the parents at the first instant. By hand: P(x₁, z₁ on) is .75 · .1 and .25 · .8;
+/// times P(x₂ | x₁) P(z₂ off | x₂, z₁ on), where z₂ is off with probability .5 given not x₂, .2 given x₂.
+#[test]
+fn a_table_of_several_rows_is_the_law_of_the_first_instant() {
+    let model = model_of(
+        "program Two { variables { X, X^-1, Z, Z^-1 : bool; }
+         decomposition { P(initial(X)) P(X | X^-1) P(initial(Z) | X) P(Z | X Z^-1) }
+         forms { P(initial(X)) = bernoulli(0.25); P(X | X^-1) = bernoulli(if X^-1 { 0.9 } else { 0.2 });
+                 P(initial(Z) | X) = table { false: 0.9, 0.1; true: 0.2, 0.8; };
+                 P(Z | X Z^-1) = bernoulli(if X { 0.8 } else { if Z^-1 { 0.5 } else { 0.3 } }); } }",
+    );
+    let found = asked(&model, "smooth P(X | Z)", &["Z"], &[vec![1.0], vec![0.0]]).unwrap();
+    let part = |first: f64, to: f64| [first * (1.0 - to) * 0.5, first * to * 0.2];
+    let ([a, b], [c, d]) = (part(0.75 * 0.1, 0.2), part(0.25 * 0.8, 0.9));
+    let all = a + b + c + d;
+    near(&figures(&found), &[(a + b) / all, (c + d) / all, (a + c) / all, (b + d) / all], 1e-14);
+    assert!((found.ln_evidence.unwrap() - all.ln()).abs() < 1e-14);
+}

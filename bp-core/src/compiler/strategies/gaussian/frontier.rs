@@ -10,6 +10,8 @@ use super::filter::{observe, proper};
 use super::{Gaussian, NormalLaw};
 use crate::distribution::Setting;
 use crate::error::Error;
+use crate::ids::FactorId;
+use std::collections::{BTreeSet, HashMap};
 
 /// The laws of the searched slots, and ln of the density of the observations.
 pub(crate) struct Conditioned {
@@ -81,6 +83,55 @@ impl Frontier {
     }
 }
 
+/// What the steps through the slots read.
+struct Pass<'p> {
+    setting: &'p Setting<'p>,
+    equations: &'p Equations<'p>,
+    observed: &'p [(usize, f64)],
+    /// The slots that the law of the searched variables reads.
+    kept: &'p [bool],
+    question: &'p str,
+}
+
+impl Pass<'_> {
+    /// The law of the slots that are kept, ln of the density of the observations, and whether some of them determine
+    /// another.
+    fn run(&self, order: Vec<usize>) -> Result<(Frontier, f64, bool), Error> {
+        let (equations, setting) = (self.equations, self.setting);
+        let mut values = vec![f64::NAN; setting.slots()];
+        self.observed.iter().for_each(|(slot, value)| values[*slot] = *value);
+        let has_dirac = self.observed.iter().any(|(slot, _)| equations.of(*slot).deviation == 0.0);
+        let mut uses = vec![0; setting.slots()];
+        for slot in &order {
+            equations.of(*slot).parents.iter().for_each(|(parent, _)| uses[*parent] += 1);
+        }
+        let law = NormalLaw::new(has_dirac);
+        let mut frontier = Frontier { slots: Vec::new(), rows: vec![usize::MAX; setting.slots()], law };
+        let (mut ln_evidence, mut determined) = (0.0, false);
+        for slot in order {
+            let equation = equations.of(slot);
+            frontier.enter(slot, equation);
+            if !values[slot].is_nan() {
+                let (row, name) = (frontier.rows[slot], setting.slot_name(slot));
+                let before = frontier.law.noises() + frontier.law.flats();
+                ln_evidence += observe(&mut frontier.law, row, values[slot], &name, self.question)?;
+                determined |= frontier.law.noises() + frontier.law.flats() == before;
+            }
+            equation.parents.iter().for_each(|(parent, _)| uses[*parent] -= 1);
+            for slot in equation.parents.iter().map(|(parent, _)| *parent).chain([slot]) {
+                if uses[slot] == 0 && !self.kept[slot] {
+                    frontier.leave(slot);
+                }
+            }
+            // Seldom, so that its cost is shared by as many slots as it goes through.
+            if frontier.law.noises() > 2 * frontier.law.len() + 8 {
+                frontier.law.reduce();
+            }
+        }
+        Ok((frontier, ln_evidence, determined))
+    }
+}
+
 /// The joint law of the searched variables, given the observed slots and their values.
 ///
 /// # Errors
@@ -109,34 +160,19 @@ pub(super) fn condition(
         parents.chain(own.iter().copied()).for_each(|slot| kept[slot] = true);
         searched.push((own, extra));
     }
-    let mut values = vec![f64::NAN; setting.slots()];
-    observed.iter().for_each(|(slot, value)| values[*slot] = *value);
-    let is_determined = |(slot, _): &(usize, f64)| equations.of(*slot).deviation == 0.0;
-    let law = NormalLaw::new(observed.iter().any(is_determined));
-    let mut uses = vec![0; setting.slots()];
-    for slot in &slots {
-        equations.of(*slot).parents.iter().for_each(|(parent, _)| uses[*parent] += 1);
-    }
-    let mut frontier = Frontier { slots: Vec::new(), rows: vec![usize::MAX; setting.slots()], law };
     let question = setting.model.ask_text(&plan.asks[0]);
-    let mut ln_evidence = 0.0;
-    for slot in equations.ordered(&slots) {
-        let equation = equations.of(slot);
-        frontier.enter(slot, equation);
-        if !values[slot].is_nan() {
-            let (row, name) = (frontier.rows[slot], setting.slot_name(slot));
-            ln_evidence += observe(&mut frontier.law, row, values[slot], &name, &question)?;
-        }
-        equation.parents.iter().for_each(|(parent, _)| uses[*parent] -= 1);
-        for slot in equation.parents.iter().map(|(parent, _)| *parent).chain([slot]) {
-            if uses[slot] == 0 && !kept[slot] {
-                frontier.leave(slot);
-            }
-        }
-        // Seldom, so that its cost is shared by as many slots as it goes through.
-        if frontier.law.noises() > 2 * frontier.law.len() + 8 {
-            frontier.law.reduce();
-        }
+    let pass = Pass { setting, equations: &equations, observed, kept: &kept, question: &question };
+    let (mut frontier, mut ln_evidence, determined) = pass.run(equations.ordered(&slots))?;
+    if determined {
+        // A value that others determine has a probability in place of a density, so which of them comes first is
+        // a part of what ln P says. The order of the decomposition is the same in every question and strategy.
+        let factors: BTreeSet<FactorId> = plan.sources.iter().map(|source| source.factor).collect();
+        let factors: Vec<FactorId> = factors.into_iter().collect();
+        let of_setting = setting.in_order(&setting.model.parents_first(&factors))?;
+        let place: HashMap<usize, usize> =
+            of_setting.iter().enumerate().map(|(place, instance)| (instance.left[0], place)).collect();
+        slots.sort_by_key(|slot| place.get(slot).copied());
+        (frontier, ln_evidence, _) = pass.run(slots)?;
     }
     let (rows, noises) = (frontier.law.len(), frontier.law.noises());
     let mut laws = Vec::with_capacity(searched.len());

@@ -104,6 +104,15 @@ impl Asker<'_> {
         let instants = time::instants(self.setting, self.route, &self.observed())?;
         let mut answered = time::answer(self.setting, self.route, &instants, scope, self.case.sampling)?;
         let ask = self.route.ask();
+        if let Some(absent) = self.route.absent_at_first(self.setting.model)
+            && answered.posteriors.first().is_some_and(|posterior| posterior.instant == 1)
+        {
+            answered.posteriors.remove(0);
+            answered.sequences.iter_mut().for_each(|sequence| drop(sequence.values.remove(0)));
+            if answered.posteriors.is_empty() {
+                return Err(absent);
+            }
+        }
         for posterior in &mut answered.posteriors {
             if let InstantLaw::Normal(belief) = &posterior.law
                 && let Some(numbers) = gaussian::whether(self.setting, ask, &belief.law)

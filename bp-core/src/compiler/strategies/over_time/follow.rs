@@ -39,6 +39,9 @@ impl<'m> Follower<'m> {
     /// # Errors
     /// Numbers that are missing, or outside the range that a form accepts.
     pub fn new(setting: Setting<'m>, route: OverTime, sampling: Sampling) -> Result<Self, Error> {
+        if let Some(absent) = route.absent_at_first(setting.model) {
+            return Err(absent);
+        }
         let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
         let searched: Vec<usize> = slots.collect();
         let state = match &route.by {

@@ -230,6 +230,23 @@ impl OverTime {
         known.filter(|variable| Some(*variable) != model.plate_index()).collect()
     }
 
+    /// Why the ask has no answer at the first instant: it searches a variable of the instant before, but the first
+    /// instant has a form of its own, so there is none before it.
+    pub(crate) fn absent_at_first(&self, model: &Model) -> Option<Error> {
+        let starts = |id: &VariableId| {
+            model.factor_of(*id).is_some_and(|factor| model.factors[factor].form.is_initial())
+        };
+        let mut searched = self.ask().searched.iter().map(|item| item.variable);
+        let absent =
+            searched.find(|searched| model.variables[*searched].previous_of.as_ref().is_some_and(starts))?;
+        let name = model.variable_name(absent);
+        let now = name.strip_suffix("^-1").unwrap_or(&name);
+        let reason = format!(
+            "`{name}` has no value at the first instant, where `P(initial({now}))` is the distribution of `{now}`"
+        );
+        Some(Error::Unplanned { question: model.ask_text(self.ask()), reason })
+    }
+
     /// The products of an instant. Linear-Gaussian programs carry a mean and a covariance and have no products.
     pub(crate) fn marks(&self, model: &Model, notation: Notation) -> Vec<Marked> {
         let reason = match self.by {

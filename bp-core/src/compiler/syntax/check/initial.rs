@@ -138,27 +138,11 @@ impl Checker<'_> {
         let (head, products) = (definition.head.to_string(), initial.own.products.clone());
         let mut scope = Scope { head, visible, products, bound: Vec::new(), numbered: false };
         let form = self.form(&definition.form, &Target { left, domain, right }, &mut scope);
-        let form = form.and_then(|form| self.without_tables(form, definition.form.span()));
+        // The factor that it becomes a part of has other variables on the right, so rows are chosen by values.
+        let right = self.initials[position].own.right.clone();
+        let form = form.and_then(|form| self.without_keys(form, &right));
         self.initials[position].form = form;
         self.initials[position].defined = Some(span);
-    }
-
-    /// A table of one row is a row: its factor has other variables on the right than the one that it becomes part of.
-    fn without_tables(&mut self, form: Form, span: Span) -> Option<Form> {
-        Some(match form {
-            Form::Table(mut rows) if rows.len() == 1 => Form::Categorical(rows.remove(0)),
-            Form::Table(_) => {
-                let message = "a table of several rows cannot be that of the first instant";
-                self.complain_and_help(span, message, "write `match … { … => categorical(…), … }`");
-                return None;
-            }
-            Form::If { condition, then, otherwise } => Form::If {
-                condition,
-                then: Box::new(self.without_tables(*then, span)?),
-                otherwise: Box::new(self.without_tables(*otherwise, span)?),
-            },
-            form => form,
-        })
     }
 
     /// Joins the forms of the first instant to those of the others.

@@ -237,7 +237,7 @@ impl Checker<'_> {
     }
 
     /// A form without a table, whose rows are those of its own right-hand side: a row is chosen by the values.
-    fn without_keys(&mut self, form: Form, right: &[VariableUse]) -> Option<Form> {
+    pub(super) fn without_keys(&mut self, form: Form, right: &[VariableUse]) -> Option<Form> {
         match form {
             Form::Table(rows) => {
                 let model = self.model.so_far();
