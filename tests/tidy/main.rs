@@ -2,5 +2,6 @@
 //!
 //! In: every source file and page. Out: pass or fail.
 
+mod constants;
 mod pages;
 mod sources;
