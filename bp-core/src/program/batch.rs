@@ -135,7 +135,7 @@ fn by_tree(
         }
         Ok(evidence)
     };
-    let all: Vec<NetworkEvidence> = (0..records.len()).map(case).collect::<Result<_, _>>()?;
+    let all = read_all(records.len(), case)?;
     let wanted: Vec<usize> = match only.is_empty() {
         true => named.shown(),
         false => only.iter().map(|name| named.number_of(name)).collect::<Result<_, _>>()?,
@@ -187,7 +187,7 @@ fn each(
         }
         Ok(evidence)
     };
-    let all: Vec<Evidence> = (0..records.len()).map(case).collect::<Result<_, _>>()?;
+    let all = read_all(records.len(), case)?;
     let answer = |evidence: &Evidence| {
         // Nothing observed has probability 1, which no strategy needs to compute.
         let nothing = evidence.iter().next().is_none() && program.opened.known.is_empty();
@@ -213,6 +213,16 @@ fn each(
     };
     let rows = answers.into_iter().map(|answer| answer.map(row)).collect();
     Ok(Batch { columns: names, rows })
+}
+
+/// The evidence of each row, read in parallel.
+///
+/// # Errors
+/// The error of the first row that has one.
+fn read_all<T: Send>(rows: usize, read: impl Fn(usize) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
+    let all: Result<Vec<T>, Error> = (0..rows).into_par_iter().map(&read).collect();
+    // In parallel any of several errors may come first.
+    all.or_else(|_| (0..rows).map(read).collect())
 }
 
 /// The numbers of an answer, each with the name of its column.

@@ -4,7 +4,8 @@
 //! case after the other, in the order of the cases, for any number of threads.
 //!
 //! Cases that observe the same variables share a plan, in which these variables are sliced away. Where the cases have
-//! too many such patterns, all share one plan, in which evidence is a likelihood of 0 and 1.
+//! too many such patterns, the others share one plan, in which evidence is a likelihood of 0 and 1. The two kinds of plans
+//! differ in their rounding; cases of one pattern have the same bits in any part of them.
 
 use super::evidence::NetworkEvidence;
 use super::network::Network;
@@ -22,7 +23,7 @@ pub struct Posterior {
     pub marginals: Vec<f64>,
 }
 
-/// The least number of cases with the same pattern that get a plan of their own.
+/// The least number of cases with the same pattern that get a plan of their own, unless it is the only pattern.
 const WORTH_A_PLAN: usize = 16;
 
 /// Upper limit on the plans for single patterns.
@@ -38,17 +39,22 @@ pub fn answer_cases(
     wanted: &[usize],
     done: impl Fn() + Sync,
 ) -> Result<Vec<Result<Posterior, Error>>, Error> {
-    let pattern = |case: &NetworkEvidence| {
-        let mut hard: Vec<usize> = case.hard.iter().map(|(variable, _)| *variable).collect();
-        hard.sort_unstable();
-        hard
+    // The observed variables of each case, by their number, and how many cases have them.
+    let (mut patterns, mut counts) = (HashMap::new(), Vec::new());
+    let number = |case: &NetworkEvidence| {
+        let mut observed: Vec<usize> = case.hard.iter().map(|(variable, _)| *variable).collect();
+        observed.sort_unstable();
+        let number = *patterns.entry(observed).or_insert(counts.len());
+        counts.resize(counts.len().max(number + 1), 0_usize);
+        counts[number] += 1;
+        number
     };
-    let mut counts: HashMap<Vec<usize>, usize> = HashMap::new();
-    cases.iter().for_each(|case| *counts.entry(pattern(case)).or_default() += 1);
-    let mut patterns: Vec<(Vec<usize>, usize)> =
-        counts.into_iter().filter(|(_, count)| *count >= WORTH_A_PLAN).collect();
-    patterns.sort_by(|one, other| other.1.cmp(&one.1).then_with(|| one.0.cmp(&other.0)));
-    patterns.truncate(MOST_PLANS);
+    let numbers: Vec<usize> = cases.iter().map(number).collect();
+    let is_worth = |number: usize| counts.len() == 1 || counts[number] >= WORTH_A_PLAN;
+    let mut own: Vec<(Vec<usize>, usize)> =
+        patterns.into_iter().filter(|(_, number)| is_worth(*number)).collect();
+    own.sort_by(|one, other| counts[other.1].cmp(&counts[one.1]).then_with(|| one.0.cmp(&other.0)));
+    own.truncate(MOST_PLANS);
     let weighed = cases.iter().flat_map(|case| case.likelihoods.iter().map(|(variable, _)| *variable));
     let weighed: HashSet<usize> = weighed.collect();
     let plan = |given: &[usize], weighed: &HashSet<usize>| {
@@ -57,19 +63,21 @@ pub fn answer_cases(
         Marginals::new(network, given, &weighed, wanted)
     };
     let mut plans: Vec<Marginals> =
-        patterns.iter().map(|(given, _)| plan(given, &weighed)).collect::<Result<_, _>>()?;
-    let own: HashMap<Vec<usize>, usize> =
-        patterns.into_iter().enumerate().map(|(number, (pattern, _))| (pattern, number)).collect();
-    // All other cases share a plan in which every variable observed in one of them is weighed.
-    let others = cases.iter().filter(|case| !own.contains_key(&pattern(case)));
-    let observed: HashSet<usize> = others.flat_map(&pattern).chain(weighed.iter().copied()).collect();
+        own.iter().map(|(given, _)| plan(given, &weighed)).collect::<Result<_, _>>()?;
     let general = plans.len();
-    plans.push(plan(&[], &observed)?);
+    let mut plan_of = vec![general; counts.len()];
+    own.iter().enumerate().for_each(|(plan, (_, number))| plan_of[*number] = plan);
+    // All other cases share a plan in which every variable observed in one of them is weighed.
+    if plan_of.contains(&general) {
+        let others = cases.iter().zip(&numbers).filter(|(_, number)| plan_of[**number] == general);
+        let observed = others.flat_map(|(case, _)| case.hard.iter().map(|(variable, _)| *variable));
+        plans.push(plan(&[], &observed.chain(weighed.iter().copied()).collect())?);
+    }
     let sessions = || plans.iter().map(|_| None).collect::<Vec<Option<MarginalsSession<'_>>>>();
-    let answers = (cases.par_iter())
-        .map_init(sessions, |sessions, case| {
-            let number = own.get(&pattern(case)).copied().unwrap_or(general);
-            let session = sessions[number].get_or_insert_with(|| plans[number].session());
+    let answers = (cases.par_iter().zip(&numbers))
+        .map_init(sessions, |sessions, (case, number)| {
+            let plan = plan_of[*number];
+            let session = sessions[plan].get_or_insert_with(|| plans[plan].session());
             let answer = session.ask(case).map(|()| Posterior {
                 ln_evidence: session.ln_evidence(),
                 marginals: wanted.iter().flat_map(|one| session.posterior(*one, case)).collect(),
