@@ -113,12 +113,13 @@ fn answered(
 }
 
 /// Columns as a table of Arrow, which has `__arrow_c_stream__`: float64 for each column, null where it is NaN, and text for
-/// `error`. The numbers are copied.
+/// `error`, from the reasons by row. The numbers are copied.
 #[pyfunction]
 #[pyo3(name = "_stream")]
 pub(crate) fn stream(
+    rows: usize,
     columns: Vec<(String, PyReadonlyArray1<'_, f64>)>,
-    errors: Vec<Option<String>>,
+    reasons: HashMap<usize, String>,
 ) -> PyResult<PyTable> {
     let mut fields: Vec<Field> =
         columns.iter().map(|(name, _)| Field::new(name, DataType::Float64, true)).collect();
@@ -128,7 +129,11 @@ pub(crate) fn stream(
         arrays.push(Arc::new(column.as_array().iter().map(known).collect::<Float64Array>()));
     }
     fields.push(Field::new("error", DataType::Utf8, true));
-    arrays.push(Arc::new(StringArray::from(errors)));
+    let errors = (0..rows).map(|row| reasons.get(&row));
+    arrays.push(match reasons.is_empty() {
+        true => Arc::new(StringArray::new_null(rows)),
+        false => Arc::new(errors.collect::<StringArray>()),
+    });
     let schema = Arc::new(Schema::new(fields));
     let batch =
         RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| wrong(error.to_string()))?;

@@ -111,7 +111,8 @@ fn serve(
 #[pymethods]
 impl Filter {
     /// One instant: its observations, which may be partial or empty; returns the posterior. The value of a family is the list
-    /// of its elements, or each element is given separately: `step({"Z[2]": 0.5})`. A refused instant changes nothing.
+    /// of its elements, or each element is given separately: `step({"Z[2]": 0.5})`. Raises `InputError` or
+    /// `ImpossibleEvidence`; a refused instant changes nothing.
     #[pyo3(signature = (observed = None, /, **named))]
     fn step(
         &self,
@@ -156,5 +157,9 @@ impl Filter {
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("bayesian_programs.display")?.call_method1("filter", (slf,))
+    }
+
+    fn _repr_latex_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("bayesian_programs.display")?.call_method1("filter_latex", (slf,))
     }
 }

@@ -216,7 +216,7 @@ impl Head {
 
     /// One look: sense, estimate, choose. A robot gives `depth` (row, column), m, float32, along the optical axis, with
     /// `focal_px` (fx, fy) and `centre_px` (cx, cy), and its attitude, rad; a simulated head gives nothing. Returns the record
-    /// of the look, a dict with the next gaze as `next`, in the units of `bvm explore`.
+    /// of the look, a dict with the next gaze as `next`, in the units of `bvm explore`. Raises `InputError`.
     #[pyo3(signature = (depth = None, *, focal_px = None, centre_px = None, yaw = 0.0, pitch = 0.0, roll = 0.0, time_s = 0.0))]
     #[allow(clippy::too_many_arguments)]
     fn look<'py>(

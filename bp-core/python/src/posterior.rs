@@ -14,7 +14,8 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 /// The answer to a question: a distribution of variables, or a statistic.
 ///
-/// Read by variable and value: `p(True)`, `of("Rain")`, `mode()`. It prints as a table with bars.
+/// Read by variable and value: `p(True)`, `of("Rain")`, `mode()`. It prints as a table with bars. A lookup of what it does
+/// not have raises `AnswerError`, which lists what it has.
 #[pyclass(frozen, module = "bayesian_programs")]
 pub(crate) struct Posterior(prelude::Posterior);
 

@@ -25,7 +25,8 @@ use std::path::PathBuf;
 /// A Bayesian Program, or a network of another tool, with its settings.
 ///
 /// Made by `open`, `program` and `read`. Immutable: each method returns a new program, so one program may be used by
-/// several threads at once. Pickled as its text and settings.
+/// several threads at once. Pickled as its text and settings. Methods that answer raise `ProgramError` (a wrong question,
+/// under its words), `InputError` (a wrong name or value), `ImpossibleEvidence` and `NoAnswer`.
 #[pyclass(frozen, module = "bayesian_programs")]
 pub(crate) struct Program {
     program: prelude::Program,
@@ -68,7 +69,7 @@ impl Program {
 
 #[pymethods]
 impl Program {
-    /// Opens a program (`.bp`) or a network (BIF, XMLBIF, UAI, Hugin NET), by its extension.
+    /// Opens a program (`.bp`) or a network (BIF, XMLBIF, UAI, Hugin NET), by its extension. Raises `ProgramError`, `OSError`.
     #[staticmethod]
     fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let from = path.clone();
@@ -78,7 +79,7 @@ impl Program {
         Ok(Self::new(program, Origin { text, settings: Vec::new() }))
     }
 
-    /// Reads a program, or a network of another format (`bif`, `xmlbif`, `uai`, `net`), from its text.
+    /// A program, or a network of another format (`bif`, `xmlbif`, `uai`, `net`), from its text. Raises `ProgramError`.
     #[staticmethod]
     #[pyo3(signature = (text, format = "bp"))]
     fn parse(text: &str, format: &str) -> PyResult<Self> {
@@ -86,7 +87,7 @@ impl Program {
     }
 
     /// The program with values for parameters (a number, a list, an array) or sizes of sets: `with_(rate=0.2, N=5)`. Other
-    /// names are given as a mapping: `with_({"P(O | C)": field})`.
+    /// names are given as a mapping: `with_({"P(O | C)": field})`. Raises `InputError` for a name or value that does not fit.
     #[pyo3(signature = (values = None, /, **named))]
     fn with_(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let (all, more) = (settings(values)?, settings(named.map(|named| named.as_any()))?);
@@ -111,7 +112,7 @@ impl Program {
         self.set(Setting::Seed(seed)).map_err(raised)
     }
 
-    /// The program with a selected strategy: `sums`, `join_tree`, `gaussian`, `chain`, `weighting`, `gibbs`, `particles`.
+    /// The program with a strategy: `sums`, `join_tree`, `gaussian`, `chain`, `weighting`, `gibbs`, `particles`, or `InputError`.
     fn by(&self, strategy: String) -> PyResult<Self> {
         self.set(Setting::By(strategy)).map_err(raised)
     }
@@ -180,14 +181,14 @@ impl Program {
         Ok(Question::new(self.asked.of(py, &self.program, question)?))
     }
 
-    /// The posterior at each instant, given the observations up to it. The last `keep`
-    /// instants are kept for display.
+    /// A filter: the posterior at each instant, given the observations up to it, by `step`. The posteriors of the last `keep`
+    /// instants are kept. Raises `ProgramError`, and `NoAnswer` if no filter answers the question.
     #[pyo3(signature = (question, *, keep = 500))]
     fn filter(&self, py: Python<'_>, question: &str, keep: usize) -> PyResult<Filter> {
         Filter::new(py, &self.program, question, keep)
     }
 
-    /// The posterior of each variable, or of some, given evidence.
+    /// The posterior of each variable, or of those in `only`, given evidence: a mapping of names to values; `of(name)` reads it.
     #[pyo3(signature = (evidence = None, *, only = None))]
     fn marginals(
         &self,
@@ -200,7 +201,7 @@ impl Program {
         patiently(py, move || program.marginals_of(&names, &known))?.map(Posterior::from).map_err(raised)
     }
 
-    /// The joint posterior of some variables.
+    /// The joint posterior of some variables: a table with an axis for each, in the order of `names`.
     #[pyo3(signature = (names, evidence = None))]
     fn joint(
         &self,
@@ -212,7 +213,7 @@ impl Program {
         patiently(py, move || program.joint(&names, &known))?.map(Posterior::from).map_err(raised)
     }
 
-    /// The most probable value of all variables together (MPE).
+    /// The most probable value of all variables together (MPE), by `mode()`; `number()` is ln of its probability, nats.
     #[pyo3(signature = (evidence = None))]
     fn most_probable(&self, py: Python<'_>, evidence: Option<&Bound<'_, PyAny>>) -> PyResult<Posterior> {
         let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
@@ -242,7 +243,7 @@ impl Program {
     ///
     /// Returns a frame of the same kind (else `Columns`) with a row for each case: `ln_p_evidence` (nats), `variable=value`
     /// for the probability of each value, `variable.mean` and `variable.deviation` for each real, float64, and `error`, text,
-    /// the reason of a case without an answer, whose numbers are NaN.
+    /// the reason of a case without an answer, whose numbers are NaN. Raises `DataError` with row and column.
     #[pyo3(signature = (table, *, only = None))]
     fn batch<'py>(
         slf: &Bound<'py, Self>,
@@ -267,7 +268,7 @@ impl Program {
     /// a frame, a mapping of names to columns, or the path of a CSV file; null and NaN are missing values, which are summed
     /// out. `hidden` names variables without a column, `ignore` columns without a variable, `weight` the column of weights,
     /// `sequence` over time the column that identifies the sequence of a row; `seed` and `iterations` are those of EM.
-    /// Returns the learned program; `report` describes what was learned.
+    /// Returns the learned program; `report` describes what was learned. Raises `DataError` with row and column.
     #[pyo3(signature = (
         table, *, hidden = Vec::new(), ignore = Vec::new(), weight = None, sequence = None, seed = None,
         iterations = None
@@ -301,7 +302,7 @@ impl Program {
 
     /// The program whose sets have the rows of tables as their elements: a column named as a field fills it, a column named
     /// as a family is evidence where its cells have values. `of` names the sets of the first tables, by default those of their
-    /// columns; `ignore` names columns to leave out.
+    /// columns; `ignore` names columns to leave out. Raises `DataError` with row and column.
     #[pyo3(signature = (*tables, of = Vec::new(), ignore = Vec::new()))]
     fn rows(
         &self,
@@ -350,7 +351,7 @@ impl Program {
         Ok(found.map_err(raised)?.into_iter().map(Posterior::from).collect())
     }
 
-    /// The derivation of the answer, step by step; of all declared questions if none is given.
+    /// The derivation of the answer, step by step; of all declared questions if none is given. Raises `ProgramError`.
     #[pyo3(signature = (question = None))]
     fn explain(&self, question: Option<&str>) -> PyResult<Derivation> {
         Derivation::of(&self.program, question, self.origin.options()).map_err(raised)

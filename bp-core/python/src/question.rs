@@ -107,7 +107,7 @@ impl Question {
 #[pymethods]
 impl Question {
     /// The question with values: of names in it (`wet` of `Wet = wet`), of variables that it leaves open, of parameters,
-    /// sizes and inputs. Several values are a list or an array.
+    /// sizes and inputs. Several values are a list or an array. Raises `InputError`.
     #[pyo3(signature = (values = None, /, **named))]
     fn given(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let all = evidence(values)?;
@@ -120,7 +120,7 @@ impl Question {
         Ok(Self(Arc::new(Asked { question, quick })))
     }
 
-    /// Answers it.
+    /// Answers it. Raises `InputError` (a value is missing or does not fit), `ImpossibleEvidence`, `NoAnswer`.
     fn ask(&self, py: Python<'_>) -> PyResult<Posterior> {
         self.0.ask(py)
     }
@@ -132,6 +132,7 @@ impl Question {
 
     /// Answers it over time (`filter`, `predict`, `smooth`, `sequence`), given the observations: a list of mappings, one for
     /// each instant, or a table (a path, a frame, a mapping of columns) with a row for each; what is missing is not observed.
+    /// The answer has the axis `instant` first. Raises `InputError`, `DataError` with row and column, `ImpossibleEvidence`.
     fn over(&self, py: Python<'_>, instants: &Bound<'_, PyAny>) -> PyResult<Posterior> {
         let question = self.0.question.clone();
         if let Ok(path) = instants.extract::<PathBuf>() {

@@ -10,16 +10,18 @@ use arrow_array::types::{
     Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type,
     UInt64Type,
 };
-use arrow_array::{Array, ArrayRef};
+use arrow_array::{Array, ArrayRef, BooleanArray};
 use arrow_schema::DataType;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Error, Records};
-use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyMapping, PyString};
+use pyo3_arrow::PyArray;
 use pyo3_arrow::input::AnyRecordBatch;
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// The name of a table in memory in messages.
 const NAME: &str = "the table";
@@ -34,14 +36,10 @@ pub(crate) struct Table {
 
 /// The cells of a column in a batch.
 enum Cells {
-    /// Of Arrow, without a copy.
+    /// Of Arrow, or numbers of numpy, without a copy.
     Arrow(ArrayRef),
     /// Categories: the name of each, and the position of that of each row.
     Categories(Vec<Option<usize>>, ArrayRef),
-    /// Numbers of a numpy array; NaN is missing.
-    Reals(Vec<f64>),
-    Integers(Vec<i64>),
-    Truths(Vec<bool>),
     /// As text; empty where missing.
     Texts(Vec<String>),
 }
@@ -148,9 +146,6 @@ impl Cells {
         match self {
             Cells::Arrow(array) => array.len(),
             Cells::Categories(keys, _) => keys.len(),
-            Cells::Reals(numbers) => numbers.len(),
-            Cells::Integers(numbers) => numbers.len(),
-            Cells::Truths(truths) => truths.len(),
             Cells::Texts(texts) => texts.len(),
         }
     }
@@ -165,9 +160,6 @@ impl Cells {
                     arrow_cell(names, key, words, text);
                 }
             }
-            Cells::Reals(numbers) => real(numbers[row], text),
-            Cells::Integers(numbers) => drop(write!(text, "{}", numbers[row])),
-            Cells::Truths(truths) => text.push_str(words[usize::from(truths[row])]),
             Cells::Texts(texts) => text.push_str(&texts[row]),
         }
     }
@@ -251,6 +243,19 @@ fn arrow_cell(array: &ArrayRef, row: usize, words: [&str; 2], text: &mut String)
     }
 }
 
+/// The numbers or booleans of an array of numpy; `None` of other types. Numbers that are contiguous, aligned and of
+/// the machine's byte order are read where they are, others are copied; booleans become bits.
+fn numbers(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<ArrayRef>> {
+    if let Ok(truths) = array.extract::<PyReadonlyArray1<'_, bool>>() {
+        let truths: BooleanArray = truths.as_array().iter().map(|truth| Some(*truth)).collect();
+        return Ok(Some(Arc::new(truths)));
+    }
+    let native = array.dtype().call_method1("newbyteorder", ("=",))?;
+    let requirements = (array, native, ["C_CONTIGUOUS", "ALIGNED"]);
+    let plain = array.py().import("numpy")?.call_method1("require", requirements)?;
+    Ok(plain.extract::<PyArray>().ok().map(|numbers| numbers.into_inner().0))
+}
+
 /// A column of a mapping: an array, or any sequence of booleans, numbers, texts and `None`.
 fn column(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(String, Cells)> {
     let name = name.cast::<PyString>().map_err(|_| wrong(format!("the column name {name} is not a text")))?;
@@ -259,19 +264,13 @@ fn column(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(Strin
         true => values.call_method0("to_numpy")?,
         false => values.clone(),
     };
-    if let Ok(reals) = values.extract::<PyReadonlyArray1<'_, f64>>() {
-        return Ok((name, Cells::Reals(reals.as_array().to_vec())));
-    }
-    if let Ok(integers) = values.extract::<PyReadonlyArray1<'_, i64>>() {
-        return Ok((name, Cells::Integers(integers.as_array().to_vec())));
-    }
-    if let Ok(truths) = values.extract::<PyReadonlyArray1<'_, bool>>() {
-        return Ok((name, Cells::Truths(truths.as_array().to_vec())));
-    }
-    if let Ok(array) = values.cast::<numpy::PyUntypedArray>()
-        && array.ndim() != 1
-    {
-        return Err(wrong(format!("column `{name}` has {} axes: give one", array.ndim())));
+    if let Ok(array) = values.cast::<PyUntypedArray>() {
+        if array.ndim() != 1 {
+            return Err(wrong(format!("column `{name}` has {} axes: give one", array.ndim())));
+        }
+        if let Some(numbers) = numbers(array)? {
+            return Ok((name, Cells::Arrow(numbers)));
+        }
     }
     if values.cast::<PyString>().is_ok() || !values.hasattr("__iter__")? {
         return Err(wrong(format!("column `{name}` is {}: give a list or an array", values.repr()?)));

@@ -46,7 +46,8 @@ impl Gaze {
 /// The map: a log-spherical grid around the head, fixed in the world, filtered by `bvm/models/cell.bp`.
 ///
 /// `cells_rho` shells from `rho_min_m` to `rho_max_m`, in rows of `elevation_cells` from straight down to straight up, in
-/// `azimuth_cells` columns (an even number) from −π to π. The default is a room of 64 800 cells.
+/// `azimuth_cells` columns (an even number) from −π to π. The default is a room of 64 800 cells. Numbers and shapes that do
+/// not fit raise `InputError`, arrays of another type than float32 `TypeError`.
 #[pyclass(frozen, module = "bayesian_programs.bvm")]
 pub(crate) struct Map {
     grid: Grid,

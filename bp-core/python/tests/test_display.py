@@ -35,6 +35,8 @@ def test_a_posterior_is_a_table_with_bars(grass):
 def test_a_real_shows_its_density(line):
     page = parsed(line.ask("P(X | Y = 2)")._repr_html_())
     assert [one.text for one in page.iter("{http://www.w3.org/2000/svg}title")] == ["X, given the evidence"]
+    # P(X | Y = 2) is normal(1, √½).
+    assert r"\mathrm{E}[\mathit{X}] &= 1,\ \sigma[\mathit{X}] = 0.707107" in line.ask("P(X | Y = 2)")._repr_latex_()
     drawn = parsed(line.by("weighting").draws(500).ask("P(X | Y = 2)")._repr_html_())
     assert sum(one.get("class") == "bar" for one in drawn.iter("{http://www.w3.org/2000/svg}rect")) == 40
 
@@ -46,6 +48,7 @@ def test_smoothing_and_filters_show_curves_over_time(door):
     assert "0 instants" in running._repr_html_()
     for _ in range(8):
         running.step(Seen=True)
+    assert running._repr_latex_() == running.history[-1]._repr_latex_() and "Open" in running._repr_latex_()
     assert len(running.history) == 5
     # The last five instants are 4 to 8.
     assert "8 instants" in text_of(running._repr_html_())
@@ -125,13 +128,17 @@ def test_ticks_are_round():
 
 def test_the_cell_magic(grass):
     ipython = pytest.importorskip("IPython")
-    shell = ipython.core.interactiveshell.InteractiveShell()
+    shell = ipython.core.interactiveshell.InteractiveShell.instance()
     bp.load_ipython_extension(shell)
     made = shell.run_cell_magic("bp", "lawn", (DOOR / "grass.bp").read_text())
     assert shell.user_ns["lawn"] is made and made.ask("P(Rain)").p(True) == 0.3
     shell.run_cell_magic("bp", "", (DOOR / "grass.bp").read_text())
     assert shell.user_ns["grass"].name == "Grass"
-    with pytest.raises(bp.ProgramError):
-        shell.run_cell_magic("bp", "", "program Coin { variables { Heads : boolean; } }")
+    with ipython.utils.capture.capture_output() as shown, pytest.raises(bp.ProgramError):
+        shell.run_cell_magic("bp", "", "program Coin {\n    variables { Heads : boolean; }\n}")
+    (mistakes,) = [output.data["text/html"] for output in shown.outputs]
+    lines = text_of(mistakes).splitlines()
+    at = next(at for at, line in enumerate(lines) if "variables { Heads : boolean; }" in line)
+    assert lines[at + 1].index("─") == lines[at].index("boolean")
     with pytest.raises(ValueError, match="name of a variable"):
         shell.run_cell_magic("bp", "two words", "program")

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 import warnings as _warnings
+from typing import Any
 
 from . import bvm, errors
 from ._native import (
@@ -91,7 +92,7 @@ def read(path: str | os.PathLike[str]) -> Program:
     return network
 
 
-def load_ipython_extension(shell) -> None:
+def load_ipython_extension(shell: Any) -> None:
     """Registers the cell magic `%%bp`: `%load_ext bayesian_programs`."""
     from .magic import register
 

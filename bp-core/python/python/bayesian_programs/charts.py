@@ -6,14 +6,17 @@ Each chart has a title, labels of its axes, and a legend where there are several
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
+from typing import Any
 
 COLOURS = ["#4c78a8", "#e45756", "#54a24b", "#f58518", "#b279a2", "#72b7b2", "#9d755d", "#bab0ac"]
 _INK, _GREY = "#222222", "#8a94a0"
 _FONT = "font-family='STIX Two Text, Latin Modern Roman, Cambria, Georgia, serif'"
 
 Points = Sequence[tuple[float, float]]
+# Of each instant a probability, or 5 % quantile, mean and 95 % quantile.
+Series = Sequence[float] | Sequence[tuple[float, float, float]]
 
 
 def ticks(low: float, high: float, most: int = 6) -> list[float]:
@@ -144,7 +147,7 @@ def histogram(title: str, name: str, values: Sequence[float], weights: Sequence[
     return chart.svg()
 
 
-def over_time(title: str, first: int, series: dict[str, list[tuple[float, float, float] | float]]) -> str:
+def over_time(title: str, first: int, series: Mapping[str, Series]) -> str:
     """Probabilities as lines, reals as means with their central 90 % as bands, over the instants from `first`."""
     numbers = [y for values in series.values() for value in values for y in (value if isinstance(value, tuple) else (value,))]
     real = any(isinstance(value, tuple) for values in series.values() for value in values)
@@ -155,18 +158,22 @@ def over_time(title: str, first: int, series: dict[str, list[tuple[float, float,
     for at, (name, values) in enumerate(series.items()):
         colour = COLOURS[at % len(COLOURS)]
         times = range(first, first + len(values))
-        if values and isinstance(values[0], tuple):
-            chart.band([(t, v[0]) for t, v in zip(times, values)], [(t, v[2]) for t, v in zip(times, values)], colour)
-            values = [value[1] for value in values]
-        chart.line(list(zip(times, values)), colour, name)
+        bands = [(t, value) for t, value in zip(times, values) if isinstance(value, tuple)]
+        if bands:
+            chart.band([(t, low) for t, (low, _, _) in bands], [(t, high) for t, (_, _, high) in bands], colour)
+        middle = [value[1] if isinstance(value, tuple) else value for value in values]
+        chart.line(list(zip(times, middle)), colour, name)
     return chart.svg()
 
 
-def slice_of_map(title: str, edges: Sequence[float], azimuths: Sequence[float], occupancy) -> str:
+def slice_of_map(title: str, edges: Sequence[float], azimuths: Sequence[float], occupancy: Any) -> str:
     """P(O = 1) of one row of the map, seen from above: ahead is up, left is left."""
     size, reach = 320, edges[-1]
     scale, half = (size / 2 - 26) / reach, math.pi / len(azimuths)
-    place = lambda r, a: (size / 2 - scale * r * math.sin(a), size / 2 - scale * r * math.cos(a))  # noqa: E731
+
+    def place(r: float, azimuth: float) -> tuple[float, float]:
+        return size / 2 - scale * r * math.sin(azimuth), size / 2 - scale * r * math.cos(azimuth)
+
     out = [
         f"<svg xmlns='http://www.w3.org/2000/svg' role='img' width='{size}' height='{size + 46}'"
         f" viewBox='0 -24 {size} {size + 46}' {_FONT} font-size='12' fill='{_INK}'>",

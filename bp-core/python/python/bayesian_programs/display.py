@@ -173,6 +173,12 @@ def filter(running: Any) -> str:  # noqa: A001
     return _wrapped(chart, _caption(f"{title}; ln P(observations) = {_number(running.ln_evidence)} nats"))
 
 
+def filter_latex(running: Any) -> str | None:
+    """The posterior at the last instant."""
+    history = running.history
+    return posterior_latex(history[-1]) if history else None
+
+
 # Programs
 
 
@@ -210,20 +216,27 @@ def _lines(body: str) -> list[str]:
 _SPECIFICATION = ("sets", "parameters", "variables", "decomposition", "forms")
 
 
+def _box(name: str, body: str) -> str:
+    return f"<div>{escape(name)}<div style='{_BRACE}'>{body}</div></div>"
+
+
+def _section(name: str, body: str) -> str:
+    lines = escape("\n".join(_lines(body)))
+    return _box(name.capitalize(), f"<pre style='margin:0;background:none'>{lines}</pre>")
+
+
 def program(own: Any) -> str:
     """The brace figure of the program and its network."""
     parts = [f"<div><b>{escape(own.name)}</b></div>"]
     if own.documentation:
         parts.append(f"<div style='font-style:italic;color:#444'>{escape(own.documentation)}</div>")
     sections = _sections(own.text or "")
-    box = lambda name, body: f"<div>{escape(name)}<div style='{_BRACE}'>{body}</div></div>"  # noqa: E731
-    lines = lambda body: "<pre style='margin:0;background:none'>" + escape("\n".join(_lines(body))) + "</pre>"  # noqa: E731
     if sections:
-        inside = [box(name.capitalize(), lines(body)) for name, body in sections if name in _SPECIFICATION]
-        rest = [box(name.capitalize(), lines(body)) for name, body in sections if name not in _SPECIFICATION]
+        inside = [_section(name, body) for name, body in sections if name in _SPECIFICATION]
+        rest = [_section(name, body) for name, body in sections if name not in _SPECIFICATION]
         asked = [one for one in rest if one.startswith("<div>Question")]
         other = [one for one in rest if not one.startswith("<div>Question")]
-        description = box("Description", box("Specification", "".join(inside)) + "".join(other))
+        description = _box("Description", _box("Specification", "".join(inside)) + "".join(other))
         parts.append(f"<div style='{_BRACE}'>{description}{''.join(asked)}</div>")
     else:
         names = own.variables
@@ -238,15 +251,21 @@ def program_latex(own: Any) -> str | None:
     sections = _sections(own.text or "")
     if not sections:
         return None
-    stacked = lambda rows: r"\left\{\begin{array}{l}" + r"\\ ".join(rows) + r"\end{array}\right."  # noqa: E731
-    code = lambda body: [rf"\texttt{{{_latex(line)}}}" for line in _lines(body)] or [r"\;"]  # noqa: E731
-    one = lambda name, body: rf"\text{{{_latex(name.capitalize())}}} {stacked(code(body))}"  # noqa: E731
-    specification = [one(name, body) for name, body in sections if name in _SPECIFICATION]
+    specification = [_section_latex(name, body) for name, body in sections if name in _SPECIFICATION]
     rest = [(name, body) for name, body in sections if name not in _SPECIFICATION]
-    other = [one(name, body) for name, body in rest if not name.startswith("question")]
-    asked = [one(name, body) for name, body in rest if name.startswith("question")]
-    description = r"\text{Description} " + stacked([r"\text{Specification} " + stacked(specification), *other])
-    return rf"$$\text{{{_latex(own.name)}}} {stacked([description, *asked])}$$"
+    other = [_section_latex(name, body) for name, body in rest if not name.startswith("question")]
+    asked = [_section_latex(name, body) for name, body in rest if name.startswith("question")]
+    description = r"\text{Description} " + _stacked([r"\text{Specification} " + _stacked(specification), *other])
+    return rf"$$\text{{{_latex(own.name)}}} {_stacked([description, *asked])}$$"
+
+
+def _stacked(rows: list[str]) -> str:
+    return r"\left\{\begin{array}{l}" + r"\\ ".join(rows) + r"\end{array}\right."
+
+
+def _section_latex(name: str, body: str) -> str:
+    lines = [rf"\texttt{{{_latex(line)}}}" for line in _lines(body)] or [r"\;"]
+    return rf"\text{{{_latex(name.capitalize())}}} {_stacked(lines)}"
 
 
 def _latex(text: str) -> str:
@@ -319,13 +338,17 @@ def derivation_latex(own: Any) -> str:
 
 
 def posterior_latex(answer: Any) -> str | None:
-    """A finite distribution as an array, a real as a normal or named law."""
+    """Probabilities of values, means and standard deviations of reals."""
     rows = answer.to_dict()["answer"]
     lines = []
     for row in rows[:_MOST_ROWS]:
-        values = ", ".join(rf"\mathit{{{_latex(n)}}} = \text{{{_latex(str(v))}}}" for n, v in row["values"].items())
+        named = [(rf"\mathit{{{_latex(name)}}}", value) for name, value in row["values"].items()]
         if "p" in row:
+            values = ", ".join(rf"{name} = \text{{{_latex(str(value))}}}" for name, value in named)
             lines.append(rf"P({values}) &= {row['p']:.6g}")
+        elif "mean" in row and len(named) == 1:
+            mean, deviation = (row[key][0] if isinstance(row[key], list) else row[key] for key in ("mean", "deviation"))
+            lines.append(rf"\mathrm{{E}}[{named[0][0]}] &= {mean:.6g},\ \sigma[{named[0][0]}] = {deviation:.6g}")
     return "\\begin{align*}\n" + " \\\\\n".join(lines) + "\n\\end{align*}" if lines else None
 
 

@@ -17,7 +17,7 @@ class Error(ValueError):
         for name, value in about.items():
             setattr(self, name, value)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, tuple[type[Error], str, dict[str, Any]]]:
         # Exceptions cross processes with their places.
         return _again, (type(self), str(self), self._about)
 
@@ -39,12 +39,12 @@ class ProgramError(Error):
     @property
     def line(self) -> int:
         """The line of the first mistake, from 1."""
-        return self.diagnostics[0]["line"]
+        return int(self.diagnostics[0]["line"])
 
     @property
     def column(self) -> int:
         """The column of the first mistake, from 1."""
-        return self.diagnostics[0]["column"]
+        return int(self.diagnostics[0]["column"])
 
     def _render_traceback_(self) -> list[str]:
         # In a notebook the mistakes alone, under their words.

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from . import _native
 
 
-class Columns(Mapping):
+class Columns(Mapping[str, "npt.NDArray[np.float64]"]):
     """Columns of numbers by name, one row for each case.
 
     A mapping of names to numpy arrays (float64); `errors` maps the rows without an answer to their reasons. It has
@@ -23,12 +24,12 @@ class Columns(Mapping):
     column `error`; NaN becomes null there.
     """
 
-    def __init__(self, names: list[str], columns: list[np.ndarray], errors: list[tuple[int, str]]) -> None:
+    def __init__(self, names: list[str], columns: list[npt.NDArray[np.float64]], errors: list[tuple[int, str]]) -> None:
         self._columns = dict(zip(names, columns))
         self.errors: dict[int, str] = dict(errors)
         self.rows: int = len(columns[0]) if columns else 0
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
         try:
             return self._columns[name]
         except KeyError:
@@ -43,12 +44,15 @@ class Columns(Mapping):
     def __repr__(self) -> str:
         return f"<Columns: {self.rows} rows of {', '.join(self._columns)}; {len(self.errors)} errors>"
 
-    def error_column(self) -> list[str | None]:
-        """The reason of each row, `None` where it has an answer."""
-        return [self.errors.get(row) for row in range(self.rows)]
+    def error_column(self) -> npt.NDArray[np.object_]:
+        """The reason of each row, `None` where it has an answer: an array of objects."""
+        column = np.full(self.rows, None, dtype=object)
+        for row, reason in self.errors.items():
+            column[row] = reason
+        return column
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
-        table = _native._stream(list(self._columns.items()), self.error_column())
+        table = _native._stream(self.rows, list(self._columns.items()), self.errors)
         return table.__arrow_c_stream__(requested_schema)
 
     def to_pandas(self, index: Any = None) -> Any:
@@ -80,12 +84,15 @@ def batch(program: _native.Program, table: Any, only: list[str]) -> Any:
     return found
 
 
+Group = dict[str, npt.NDArray[np.float64]]
+
+
 def _is_batch(table: Any, whole: Any) -> bool:
     # Without rows there is no batch in a table.
     return type(table).__name__ == "RecordBatch" and whole.num_rows > 0
 
 
-def to_arviz(posterior: _native.Posterior, resample: bool) -> dict[str, dict[str, np.ndarray]]:
+def to_arviz(posterior: _native.Posterior, resample: bool) -> dict[str, Group]:
     """The groups of `az.from_dict`, each array (chain, draw)."""
     drawn = posterior._all_draws()
     if drawn is None:
@@ -100,11 +107,11 @@ def to_arviz(posterior: _native.Posterior, resample: bool) -> dict[str, dict[str
         values = {name: draws[chosen] for name, draws in values.items()}
         stats = {"weight": np.full(len(weights), 1.0 / len(weights)), "weight_before": weights[chosen]}
     chains = 1 if length is None else len(weights) // length
-    shaped = lambda group: {name: array.reshape(chains, -1) for name, array in group.items()}  # noqa: E731
-    return {"posterior": shaped(values), "sample_stats": shaped(stats)}
+    groups = {"posterior": values, "sample_stats": stats}
+    return {name: {of: array.reshape(chains, -1) for of, array in group.items()} for name, group in groups.items()}
 
 
-def _systematic(weights: np.ndarray, random: np.random.Generator) -> np.ndarray:
+def _systematic(weights: npt.NDArray[np.float64], random: np.random.Generator) -> npt.NDArray[np.intp]:
     """The positions of a systematic resampling (Kitagawa, J. Comp. Graph. Stat. 5:1-25, 1996)."""
     count = len(weights)
     levels = (np.arange(count) + random.random()) / count

@@ -12,20 +12,22 @@ their words, and raise `ProgramError`, so that a run of all cells stops there.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
+from ._native import Program
 from .errors import ProgramError
 
 
-def register(shell) -> None:
+def register(shell: Any) -> None:
     """Registers the magic in a shell of IPython."""
     shell.register_magic_function(_magic(shell), magic_kind="cell", magic_name="bp")
 
 
-def _magic(shell):
-    def bp(line: str, cell: str):
+def _magic(shell: Any) -> Callable[[str, str], Program]:
+    def bp(line: str, cell: str) -> Program:
         """Compiles the cell as a Bayesian Program: `%%bp name`."""
-        from IPython.display import HTML, display
-
         from . import program
         from .display import mistakes
 
@@ -35,13 +37,18 @@ def _magic(shell):
         try:
             made = program(cell)
         except ProgramError as error:
-            display(HTML(mistakes(error)))
+            _show(mistakes(error))
             raise
         name = name or _snake(made.name)
         shell.user_ns[name] = made
         return made
 
     return bp
+
+
+def _show(html: str) -> None:
+    shown = import_module("IPython.display")
+    shown.display(shown.HTML(html))
 
 
 def _snake(name: str) -> str:
