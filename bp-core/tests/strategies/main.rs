@@ -28,6 +28,7 @@ mod normal_vectors;
 mod particles;
 mod paths;
 mod planner;
+mod points_and_precisions;
 mod predicates;
 mod recursions;
 mod reference_posteriors;

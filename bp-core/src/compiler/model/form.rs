@@ -230,6 +230,23 @@ impl Form {
         found
     }
 
+    /// Whether it, or a part of it, is no point: over reals these parts have densities.
+    pub fn has_density(&self) -> bool {
+        let (mut parts, mut found) = (0, false);
+        self.each_part(&mut |part| {
+            parts += 1;
+            found |= part.has_density();
+        });
+        if parts == 0 { !matches!(self, Form::Dirac(_)) } else { found }
+    }
+
+    /// Whether it, or a part of it, is a point.
+    pub fn has_point(&self) -> bool {
+        let mut found = matches!(self, Form::Dirac(_));
+        self.each_part(&mut |part| found |= part.has_point());
+        found
+    }
+
     /// Whether it, or a part of it, distributes the components of a vector together: each depends on those before it.
     pub fn couples(&self) -> bool {
         let mut found = matches!(

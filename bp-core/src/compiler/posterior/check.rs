@@ -147,8 +147,8 @@ pub(crate) fn families<'a>(
     Ok(())
 }
 
-/// Answers unchanged, if all of their numbers can be written: none is NaN, and none infinite, except a divergence
-/// and statistics of a singular normal distribution. −0 becomes 0.
+/// Answers unchanged, if all of their numbers can be written: none is NaN, and none infinite, except a divergence,
+/// statistics of a singular normal distribution, and moments that a law does not have. −0 becomes 0.
 pub(crate) fn answers(mut answers: Vec<Answer>) -> Result<Vec<Answer>, Error> {
     for answer in &mut answers {
         let mut wrong: Option<f64> = None;
@@ -191,8 +191,13 @@ fn each_number(figure: &mut Figure, look: &mut dyn FnMut(&mut f64)) {
         Figure::Real { mean, deviation, quantiles } => {
             [mean, deviation].into_iter().chain(quantiles).flatten().for_each(look);
         }
-        Figure::Mixture { mean, deviation, quantiles } | Figure::Law { mean, deviation, quantiles, .. } => {
+        Figure::Mixture { mean, deviation, quantiles } => {
             [mean, deviation].into_iter().chain(quantiles).for_each(look);
+        }
+        // Of some laws the mean or the deviation does not exist.
+        Figure::Law { mean, deviation, quantiles, .. } => {
+            let moments = [mean, deviation].into_iter().filter(|moment| moment.is_finite());
+            moments.chain(quantiles).for_each(look);
         }
         Figure::Normal { mean, deviation } => [mean, deviation].into_iter().for_each(look),
         Figure::Draw { .. } | Figure::Mode { .. } | Figure::Divergence { .. } => {}

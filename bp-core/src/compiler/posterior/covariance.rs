@@ -21,7 +21,7 @@ const MOST: usize = 100;
 
 impl Answer {
     /// The covariances of the reals that it answers together with their means and deviations: a matrix for each
-    /// instant, or for each combination of values of finite variables asked with them. None beside other statistics, of a single real, and of more than 100.
+    /// instant, or for each combination of values of finite variables asked with them. None beside other statistics, of a single real, of more than 100, and where one does not exist.
     pub fn covariances(&self) -> Vec<Covariance> {
         let mut first = 0;
         let mut found = Vec::new();
@@ -32,7 +32,8 @@ impl Answer {
                 let Some(names) = names.filter(|names| names.len() == matrix.len()) else {
                     return Vec::new();
                 };
-                if (2..=MOST).contains(&matrix.len()) {
+                let exist = matrix.iter().flatten().all(|number| number.is_finite());
+                if exist && (2..=MOST).contains(&matrix.len()) {
                     found.push(Covariance { first, names, matrix });
                 }
                 first += rows.len();

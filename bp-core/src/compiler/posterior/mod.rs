@@ -247,9 +247,11 @@ pub enum Figure {
     Law {
         /// The law.
         law: NamedLaw,
-        /// Mean.
+        /// Mean; NaN where the law has none. JSON has the word `"undefined"` there.
+        #[serde(serialize_with = "finite_or_word")]
         mean: f64,
-        /// Standard deviation.
+        /// Standard deviation; infinite or NaN where the law has none.
+        #[serde(serialize_with = "finite_or_word")]
         deviation: f64,
         /// The quantiles at 5 %, 50 % and 95 %.
         quantiles: [f64; 3],
@@ -308,15 +310,19 @@ impl Figure {
 }
 
 fn finite_or_word<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    match number.is_infinite() {
-        true => serializer.serialize_str(infinite(*number)),
-        false => serializer.serialize_f64(*number),
+    match number.is_finite() {
+        true => serializer.serialize_f64(*number),
+        false => serializer.serialize_str(word(*number)),
     }
 }
 
-/// The word for a number that is infinite.
-fn infinite(number: f64) -> &'static str {
-    if number > 0.0 { "infinite" } else { "-infinite" }
+/// The word for a number that is not finite.
+fn word(number: f64) -> &'static str {
+    match number {
+        number if number.is_nan() => "undefined",
+        number if number > 0.0 => "infinite",
+        _ => "-infinite",
+    }
 }
 
 fn as_map<T: AsRef<str>, S: Serializer>(values: &[(T, T)], serializer: S) -> Result<S::Ok, S::Error> {

@@ -64,10 +64,18 @@ impl Reader<'_> {
         let left: Vec<Vec<usize>> =
             (0..self.table.width()).map(|at| Column::ordinals(&self.table.left, at)).collect();
         let mut rows = Vec::new();
+        let is_density =
+            self.ask.searched.iter().any(|item| item.at.is_some() && self.has_density(item.variable));
         for (context, numbers) in self.table.contexts().enumerate() {
             let wanted: Vec<usize> =
                 (0..numbers.len()).filter(|at| self.is_wanted(&left[*at], context)).collect();
-            let figure = |at: usize| (at, Figure::Probability { p: numbers[at] });
+            let figure = |at: usize| {
+                let figure = match is_density {
+                    true => Figure::Density { density: numbers[at] },
+                    false => Figure::Probability { p: numbers[at] },
+                };
+                (at, figure)
+            };
             let possible = numbers.iter().any(|p| *p > 0.0);
             let chosen: Vec<(usize, Figure)> = match &self.ask.statistic {
                 Statistic::Distribution => wanted.into_iter().map(figure).collect(),
@@ -157,6 +165,13 @@ impl Reader<'_> {
             }));
         }
         Ok(rows)
+    }
+
+    /// Whether values of a variable have densities.
+    fn has_density(&self, id: VariableId) -> bool {
+        let form =
+            || self.model.factor_of(id).is_some_and(|factor| self.model.factors[factor].form.has_density());
+        !self.model.variables[id].domain.is_finite() && form()
     }
 
     /// Refuses more rows than fit in memory. A statistic of a context is smaller than the context itself.

@@ -3,7 +3,7 @@
 //! In: an [`Answer`]. Out: aligned columns, and bars for probabilities. Invariant: no line of a table whose values are
 //! short is wider than a terminal.
 
-use super::{Answer, Covariance, Figure, Row, infinite};
+use super::{Answer, Covariance, Figure, Row, word};
 use crate::equation::Strategy;
 use crate::model::When;
 use crate::numbers::{bar, six_digits, two_digits};
@@ -226,10 +226,10 @@ fn covariances_of(beside: &[(&[String], &[f64])]) -> Vec<Shown> {
     beside[0].0.iter().enumerate().map(column).collect()
 }
 
-fn or_infinite(number: f64, unit: &str) -> String {
-    match number.is_infinite() {
-        true => infinite(number).to_owned(),
-        false => format!("{}{unit}", six_digits(number)),
+fn or_word(number: f64, unit: &str) -> String {
+    match number.is_finite() {
+        true => format!("{}{unit}", six_digits(number)),
+        false => word(number).to_owned(),
     }
 }
 
@@ -245,10 +245,10 @@ fn cells_of(row: &Row) -> Vec<String> {
     match row.figure {
         Figure::Probability { p } => cells.push(six_digits(p)),
         Figure::LnProbability { ln_p } => cells.push(six_digits(ln_p)),
-        Figure::Density { density } => cells.push(or_infinite(density, "")),
+        Figure::Density { density } => cells.push(or_word(density, "")),
         Figure::Entropy { entropy, error } => cells.push(match error {
             Some(error) => format!("{} nats", estimated(entropy, error)),
-            None => or_infinite(entropy, " nats"),
+            None => or_word(entropy, " nats"),
         }),
         Figure::Normal { mean, deviation } => {
             cells.push(format!("{} ± {}", six_digits(mean), six_digits(deviation)));
@@ -271,14 +271,15 @@ fn cells_of(row: &Row) -> Vec<String> {
             };
             cells.extend([end(0), end(1)]);
         }
-        Figure::Information { information } => cells.push(or_infinite(information, " nats")),
-        Figure::Divergence { divergence, .. } => cells.push(or_infinite(divergence, " nats")),
+        Figure::Information { information } => cells.push(or_word(information, " nats")),
+        Figure::Divergence { divergence, .. } => cells.push(or_word(divergence, " nats")),
         Figure::Mixture { mean, deviation, quantiles } => {
             cells.extend([mean, deviation].into_iter().chain(quantiles).map(six_digits));
         }
         Figure::Law { law, mean, deviation, quantiles } => {
             cells.push(law.to_string());
-            cells.extend([mean, deviation].into_iter().chain(quantiles).map(six_digits));
+            cells.extend([mean, deviation].map(|moment| or_word(moment, "")));
+            cells.extend(quantiles.map(six_digits));
         }
         Figure::Real { mean, deviation, quantiles } => {
             cells.push(estimated(mean[0], mean[1]));

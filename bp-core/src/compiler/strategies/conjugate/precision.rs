@@ -155,14 +155,20 @@ struct Likelihood {
     squares: f64,
 }
 
+/// A number times more than this is nothing beside it.
+const NOTHING_BESIDE: f64 = 1e18;
+/// The largest precision at which the likelihood is computed: deviations have squares there.
+const MOST_PRECISION: f64 = 1e150;
+
 impl Precision {
     fn given(&self, model: &Model, tau: f64, case: &Case<'_>) -> Result<Conditioned, Error> {
         let number = with_number(model, self.unknown, tau);
         gaussian::conditioned(&Setting::new(&number, case.inputs)?, &self.given)
     }
 
-    /// The likelihood of τ, from values of τ near its maximum N/Q, where no digits cancel.
-    fn likelihood(&self, model: &Model, case: &Case<'_>) -> Result<Likelihood, Error> {
+    /// The likelihood of τ, from values of τ near its maximum N/Q, where no digits cancel. `rate` is b: a Q that is nothing
+    /// beside it is 0.
+    fn likelihood(&self, model: &Model, case: &Case<'_>, rate: f64) -> Result<Likelihood, Error> {
         let refused = |reason: &str| {
             let question = model.ask_text(&self.asks[0]);
             Err(Error::Unplanned { question, reason: reason.to_owned() })
@@ -171,6 +177,11 @@ impl Precision {
         for _ in 0..60 {
             let ln = |factor: f64| self.given(model, factor * tau, case).map(|given| given.ln_evidence);
             let (at, once, twice) = (ln(1.0)?, ln(4.0)?, ln(16.0)?);
+            if !(at.is_finite() && once.is_finite() && twice.is_finite()) {
+                // The observations lie too many deviations away for a density.
+                tau *= 1e-40;
+                continue;
+            }
             if at == once && once == twice {
                 return Ok(Likelihood { ln_constant: at, count: 0.0, squares: 0.0 });
             }
@@ -180,6 +191,8 @@ impl Precision {
             let count = found.round().max(1.0);
             if scaled > 20.0 * count.max(50.0) {
                 tau /= scaled;
+            } else if scaled < 0.05 * count && (tau * rate > NOTHING_BESIDE * count || tau > MOST_PRECISION) {
+                return Ok(Likelihood { ln_constant: at - 0.5 * count * tau.ln(), count, squares: 0.0 });
             } else if scaled < 0.05 * count {
                 tau *= if scaled > 1e-9 * count { count / scaled } else { 1e6 };
             } else if (found - count).abs() > 1e-4 {
@@ -191,7 +204,7 @@ impl Precision {
                 return Ok(Likelihood { ln_constant, count, squares: scaled / tau });
             }
         }
-        refused("the observations fit without error: the precision has no bound")
+        refused("the observations are too far from their means: their density is beyond the range of numbers")
     }
 
     /// The parameters of the prior.
@@ -210,7 +223,7 @@ impl Precision {
 impl Prepared for Precision {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
         let [shape, rate] = self.prior(model, case)?;
-        let likelihood = self.likelihood(model, case)?;
+        let likelihood = self.likelihood(model, case, rate)?;
         let [a, b] = [shape + 0.5 * likelihood.count, rate + 0.5 * likelihood.squares];
         let ln_evidence = likelihood.ln_constant + ln_rising(shape, 0.5 * likelihood.count)
             - shape * (0.5 * likelihood.squares / rate).ln_1p()

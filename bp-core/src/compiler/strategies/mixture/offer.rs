@@ -10,6 +10,7 @@ use crate::model::{Ask, Finding, IndexSpace, Model, Question, Statistic};
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::particles::is_linear_in;
+use crate::strategies::sums::is_mixed_at_value;
 use crate::strategies::weighting::{refused_factor, relevant};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
@@ -89,8 +90,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
             .iter()
             .any(|known| known.variable == *id && matches!(known.evidence, Finding::Hard(_) | Finding::Each))
     };
-    // A vector that is distributed as a whole has no kernel.
-    if linear.iter().all(known) && !factors.iter().any(|id| model.factors[*id].form.couples()) {
+    // A vector that is distributed as a whole has no kernel, and sums do not add points to densities.
+    let has_sums = |id: &FactorId| !model.factors[*id].form.couples() && !is_mixed_at_value(model, asks, *id);
+    if linear.iter().all(known) && factors.iter().all(has_sums) {
         return Err("all reals are observed: densities at single values are factors of sums".to_owned());
     }
     finite.retain(|id| !known(id) && Some(*id) != model.plate_index());

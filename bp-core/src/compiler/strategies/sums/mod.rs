@@ -27,6 +27,16 @@ impl super::Engine for Engine {
                 Err(refused(model, asks, reason))
             }
             false => {
+                if let Some(id) =
+                    relevant(model, asks).into_iter().find(|id| is_mixed_at_value(model, asks, *id))
+                {
+                    let reason = format!(
+                        "`{}` has a point in some cases and a density in others: at a value, sums would add a probability to a \
+                         density",
+                        model.head(&model.factors[id])
+                    );
+                    return Err(refused(model, asks, &reason));
+                }
                 let exact = equation::exact(model, asks.to_vec(), turn.options)?;
                 match relevant(model, asks).into_iter().find_map(|id| coupled(model, id)) {
                     Some(head) => {
@@ -57,6 +67,17 @@ pub(crate) fn by_tables(exact: &Exact) -> (Exact, Vec<usize>) {
         }
     }
     (Exact { asks, ..exact.clone() }, places)
+}
+
+/// Whether a factor gives a real, of which one value is known or asked, a point in some cases and a density in others.
+pub(crate) fn is_mixed_at_value(model: &Model, asks: &[Ask], id: FactorId) -> bool {
+    let factor = &model.factors[id];
+    let left = factor.left[0].variable;
+    let is_known = || asks[0].known.iter().any(|known| known.variable == left);
+    let is_asked =
+        || asks.iter().flat_map(|ask| &ask.searched).any(|item| item.variable == left && item.at.is_some());
+    let is_mixed = factor.form.has_point() && factor.form.has_density();
+    is_mixed && !model.variables[left].domain.is_finite() && (is_known() || is_asked())
 }
 
 /// The head of a factor that distributes the components of a vector together.
