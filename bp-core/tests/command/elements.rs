@@ -64,3 +64,19 @@ fn elements_of_real_families_are_known_over_time() {
         assert!((p(question) - share(ln_odds)).abs() < 1e-12, "{question}");
     }
 }
+
+/// Components of a vector have columns of their own. The numbers are those of a Kalman filter in two dimensions, computed apart.
+#[test]
+fn components_of_vectors_are_known_over_time() {
+    let program =
+        "program V { variables { X, X^-1, Z : real[2]; } decomposition { P(initial(X)) P(X | X^-1) P(Z | X) }
+         forms { P(initial(X)) = normal([1, -1], [[2, 1], [1, 1]]);
+                 P(X | X^-1) = normal([X^-1[0] + 0.5 * X^-1[1], 0.9 * X^-1[1]], [[0.3, 0.3], [0.3, 0.3]]);
+                 P(Z | X) = normal(X, [[1, 0.4], [0.4, 0.5]]); } }";
+    let table = "Z[0],Z[1]\n1,\n2,0.5\n,\n,1\n3,2\n";
+    let folder = Folder::with(&[("v.bp", program), ("v.csv", table)]);
+    let answer = folder.json(0, &["ask", "v.bp", "filter P(X[0] | Z[0] Z[1])", "--data", "v.csv", "--json"]);
+    let mean = answer["answer"][0]["mean"].as_f64().unwrap();
+    assert!((mean - 2.93414).abs() < 1e-5, "{answer}");
+    assert!((answer["ln_evidence"].as_f64().unwrap() + 9.57637).abs() < 1e-5, "{answer}");
+}

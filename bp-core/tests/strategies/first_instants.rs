@@ -141,3 +141,17 @@ fn a_table_of_several_rows_is_the_law_of_the_first_instant() {
     near(&figures(&found), &[(a + b) / all, (c + d) / all, (a + c) / all, (b + d) / all], 1e-14);
     assert!((found.ln_evidence.unwrap() - all.ln()).abs() < 1e-14);
 }
+
+/// A function of what stands before the first instant has no answer there either.
+#[test]
+fn functions_of_a_variable_before_the_first_instant_have_no_answer() {
+    let model = model_of(
+        "program Walk { variables { X, X^-1, Z : real; } decomposition { P(initial(X)) P(X | X^-1) P(Z | X) }
+         forms { P(initial(X)) = normal(1, 2); P(X | X^-1) = normal(X^-1, 1); P(Z | X) = normal(X, 1); } }",
+    );
+    let rows = [vec![2.0], vec![3.0]];
+    let found = asked(&model, "smooth P(X - X^-1 | Z)", &["Z"], &rows).unwrap();
+    assert_eq!(found.answer.len(), 1);
+    let found = asked(&model, "smooth P(X^-1 > 1 | Z)", &["Z"], &rows).unwrap();
+    assert!(found.answer.iter().all(|row| row.values[0].1 == "2"), "{found:?}");
+}

@@ -145,14 +145,15 @@ fn columns<'m, 't>(
                 model.name
             )));
         };
-        let elements = by_name.get(column.trim()).into_iter().flatten();
-        if named.iter().chain(elements).any(|variable| fixed.contains(variable)) {
+        // A component of a vector is called as its column is.
+        let elements = || by_name.get(column.trim()).into_iter().flatten();
+        if named.iter().chain(elements()).any(|variable| fixed.contains(variable)) {
             let message =
                 format!("the question gives `{column}` a value, and so does a column: remove one of the two");
             return Err(wrong(message));
         }
         let has = |variable: &&VariableId| known.contains(variable) && has_column(model, **variable, column);
-        if let Some(variable) = named.iter().find(has) {
+        if let Some(variable) = named.iter().chain(elements()).find(has) {
             columns.push((position, column, Values::new(model, *variable, &|name| inputs.find_size(name))));
         }
     }

@@ -22,8 +22,9 @@ pub struct Draws {
     ln_mean_weight: Option<f64>,
     /// The length of a chain, where draws are those of Markov chains.
     chain: Option<usize>,
-    /// The origin of each draw, where draws of one origin are not independent: numbers below the number of draws.
-    origins: Option<Vec<u32>>,
+    /// The origin of each draw, where draws of one origin are not independent: numbers below the number of draws. Where there
+    /// are several lists, each misses what the others show, and the largest error counts.
+    origins: Vec<Vec<u32>>,
 }
 
 /// The standard error of a sum of parts, each of a draw; parts of one origin are not independent.
@@ -88,18 +89,19 @@ impl Draws {
             Some(first) if ln_weights.iter().all(|ln| ln == first) => *first,
             _ => ln_sum(ln_weights) - (ln_weights.len() as f64).ln(),
         };
-        Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain: None, origins: None }
+        Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain: None, origins: Vec::new() }
     }
 
     /// Draws of chains of `length` draws each, chain after chain.
     pub fn chained(values: Vec<f64>, kept: usize, count: usize, length: usize) -> Self {
         let weights = vec![1.0 / count as f64; count];
-        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length), origins: None }
+        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length), origins: Vec::new() }
     }
 
     /// The same draws, of which those of one origin are not independent.
-    pub fn of_origins(self, origins: Vec<u32>) -> Self {
-        Self { origins: Some(origins), ..self }
+    pub fn of_origins(mut self, origins: Vec<u32>) -> Self {
+        self.origins.push(origins);
+        self
     }
 
     /// The number of draws.
@@ -137,7 +139,15 @@ impl Draws {
     /// The effective sample size.
     pub fn effective(&self) -> f64 {
         match self.chain {
-            None => 1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>(),
+            None => {
+                let alone = 1.0 / self.weights.iter().map(|weight| weight * weight).sum::<f64>();
+                let together = |origins: &Vec<u32>| {
+                    let mut shares = vec![0.0; origins.len()];
+                    origins.iter().zip(&self.weights).for_each(|(at, weight)| shares[*at as usize] += weight);
+                    1.0 / shares.iter().map(|share| share * share).sum::<f64>()
+                };
+                self.origins.iter().map(together).fold(alone, f64::min)
+            }
             Some(length) => (0..self.kept)
                 .map(|position| chains::effective(&self.column(position), length))
                 .fold(self.count() as f64, f64::min),
@@ -169,7 +179,11 @@ impl Draws {
         let parts = weighted.map(|draw| (draw, self.weights[draw] * (f(draw) - mean)));
         let unit = unit_of(parts.clone().map(|(_, part)| part));
         let parts = parts.map(|(draw, part)| (draw, part / unit));
-        [mean, error_of_sum(parts, self.origins.as_deref()) * unit]
+        let error = match self.origins.as_slice() {
+            [] => error_of_sum(parts, None),
+            all => all.iter().map(|own| error_of_sum(parts.clone(), Some(own))).fold(0.0, f64::max),
+        };
+        [mean, error * unit]
     }
 
     /// Estimates about a real slot.

@@ -87,7 +87,7 @@ fn sequences(
     }
     Ok(match statistic {
         Statistic::Best(count) => (chain.best(forward, *count)?.into_iter())
-            .map(|(ln, values)| Sequence { probability: Some(ln.exp()), values })
+            .map(|(ln, values)| Sequence { probability: Some(ln.exp().min(1.0)), values })
             .collect(),
         Statistic::Draw(count) => (chain.drawn(forward, *count, seed)?.into_iter())
             .map(|values| Sequence { probability: None, values })
@@ -105,7 +105,7 @@ fn sequences(
                 };
                 let known: Vec<Instant> = instants.iter().zip(&values).map(known).collect();
                 let ln = chain.forward(&known, 0)?.ln_evidence;
-                probability = Some((ln - forward.ln_evidence).exp());
+                probability = Some((ln - forward.ln_evidence).exp().min(1.0));
             }
             vec![Sequence { probability, values }]
         }

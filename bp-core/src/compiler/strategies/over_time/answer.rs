@@ -270,12 +270,17 @@ fn estimate(posterior: &InstantPosterior, sampling: Sampling) -> Option<Estimate
     let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
     let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
         format!(
-            "at instant {} the effective number of particles is {:.0}: use more (--particles)",
+            "at instant {} the effective number of particles is {:.0}: {}",
             least.0 + 1,
-            least.1
+            least.1,
+            match draws.count() < sampling.particles {
+                true => format!("of so many instants no more than {} paths are drawn", draws.count()),
+                false => "use more (--particles)".to_owned(),
+            }
         )
     }));
-    let effective = *effective.last()?;
+    // After instants without an observation all weights are equal, but particles of one origin are not independent.
+    let effective = effective.last()?.min(draws.effective());
     Some(Estimate {
         particles: draws.count(),
         effective,

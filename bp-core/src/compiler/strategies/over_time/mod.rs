@@ -204,8 +204,14 @@ pub fn answer(
     }
 }
 
-/// Upper limit on the particles whose paths are kept.
+/// The most particles whose paths are kept of many instants, and the most of all instants together.
 const MOST_PATHS: usize = 10_000;
+const MOST_OF_ALL_INSTANTS: usize = 2_000_000;
+
+/// The particles whose paths are kept: those that are wanted, fewer of many instants.
+fn paths_of(instants: usize, sampling: Sampling) -> usize {
+    sampling.particles.min((MOST_OF_ALL_INSTANTS / instants.max(1)).max(MOST_PATHS))
+}
 
 /// The posteriors of all instants by paths of particles, or the most probable of the paths.
 fn by_paths(
@@ -216,7 +222,7 @@ fn by_paths(
     sampling: Sampling,
     unmet: &dyn Fn(usize) -> Error,
 ) -> Result<Answered, Error> {
-    let sampling = Sampling { particles: sampling.particles.min(MOST_PATHS), ..sampling };
+    let sampling = Sampling { particles: paths_of(instants.len(), sampling), ..sampling };
     let cells = sampling.particles as f64 * instants.len() as f64 * (setting.slots() as f64 + 3.0);
     if let Some(free) = memory::free().filter(|free| 8.0 * cells > *free) {
         let help = "follow fewer particles (--particles), or fewer instants".to_owned();

@@ -8,7 +8,7 @@
 //! read from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
 use super::answer::Instants;
-use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts};
+use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, DerivedKind, Finding, Known, Model, Question, Searched, Statistic, Value, When};
@@ -125,9 +125,10 @@ fn asks_whether(model: &Model, ask: &Ask) -> bool {
     matches!(ask.searched.as_slice(), [only] if model.is_predicate(only.variable))
 }
 
-/// The refusal of a searched variable that has a value.
+/// The refusal of a searched real that has a value.
 fn with_value(model: &Model, ask: &Ask) -> Option<String> {
-    let is_one_value = |item: &&Searched| item.at.is_some() && !model.is_predicate(item.variable);
+    let is_one_value =
+        |item: &&Searched| item.at.is_some() && !model.variables[item.variable].domain.is_finite();
     let item = ask.searched.iter().find(is_one_value)?;
     let name = model.variable_name(item.variable);
     Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
@@ -236,9 +237,17 @@ impl OverTime {
         let starts = |id: &VariableId| {
             model.factor_of(*id).is_some_and(|factor| model.factors[factor].form.is_initial())
         };
-        let mut searched = self.ask().searched.iter().map(|item| item.variable);
+        // A function or a predicate reads variables.
+        let mut read: Vec<VariableId> = self.ask().searched.iter().map(|item| item.variable).collect();
+        let mut next = 0;
+        while let Some(id) = read.get(next).copied() {
+            next += 1;
+            if model.variables[id].derived.is_some() {
+                read.extend(model.factor_of(id).into_iter().flat_map(|factor| of_form(model, factor)));
+            }
+        }
         let absent =
-            searched.find(|searched| model.variables[*searched].previous_of.as_ref().is_some_and(starts))?;
+            read.into_iter().find(|id| model.variables[*id].previous_of.as_ref().is_some_and(starts))?;
         let name = model.variable_name(absent);
         let now = name.strip_suffix("^-1").unwrap_or(&name);
         let reason = format!(

@@ -169,7 +169,7 @@ impl Cloud {
 }
 
 /// 1 / Σ (share of a label)²
-fn effective_number(labels: &[u32]) -> f64 {
+pub(super) fn effective_number(labels: &[u32]) -> f64 {
     let mut counts = vec![0.0; labels.len()];
     labels.iter().for_each(|label| counts[*label as usize] += 1.0 / labels.len() as f64);
     1.0 / counts.iter().map(|share: &f64| share * share).sum::<f64>()

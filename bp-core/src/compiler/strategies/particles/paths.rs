@@ -9,6 +9,7 @@
 //! propose from W (Bunch and Godsill, *IEEE Transactions on Signal Processing* 61:962-974, 2013). Where the transition has no
 //! density, no other particle leads to xₜ₊₁, and the path is that of the ancestors (Kitagawa 1996).
 
+use super::cloud::effective_number;
 use super::{Cloud, Moves};
 use crate::distribution::Instance;
 use crate::error::Error;
@@ -41,7 +42,7 @@ pub(crate) struct Paths {
 /// The values of some slots at an instant, path by path.
 pub(crate) struct Path {
     pub(crate) draws: Draws,
-    /// The effective number of particles through which the paths go.
+    /// The effective number of independent paths.
     pub(crate) effective: f64,
 }
 
@@ -84,21 +85,33 @@ impl Moves<'_> {
     /// Numbers outside the range that a form accepts.
     pub(crate) fn smoothed(&self, paths: &Paths, slots: &[usize]) -> Result<Vec<Path>, Error> {
         let chosen = self.backward(paths)?;
-        let at = |(instant, own): (usize, Vec<usize>)| {
+        let mut all = Vec::with_capacity(chosen.len());
+        // Paths are not independent where they go through descendants of one particle, at their own instant or later:
+        // of the later ones that instant counts that leaves the fewest origins.
+        let mut origins: Option<(f64, Vec<u32>)> = None;
+        for (instant, own) in chosen.iter().enumerate().rev() {
             let snapshot = &paths.instants[instant];
+            let here: Vec<u32> = own.iter().map(|particle| snapshot.origins[*particle]).collect();
+            let number = effective_number(&here);
+            let draws = |values: Vec<f64>| {
+                Draws::weighted(values, slots.len(), &vec![0.0; own.len()]).of_origins(here.clone())
+            };
             let value = |particle: &usize| {
                 let values = paths.values(instant, *particle);
                 slots.iter().map(|slot| values[*slot]).collect::<Vec<f64>>()
             };
-            let mut counts = vec![0.0; own.len()];
-            own.iter().for_each(|particle| counts[*particle] += 1.0 / own.len() as f64);
-            let effective = 1.0 / counts.iter().map(|share: &f64| share * share).sum::<f64>();
             let values: Vec<f64> = own.iter().flat_map(value).collect();
-            let origins = own.iter().map(|particle| snapshot.origins[*particle]).collect();
-            let draws = Draws::weighted(values, slots.len(), &vec![0.0; own.len()]).of_origins(origins);
-            Path { draws, effective }
-        };
-        Ok(chosen.into_iter().enumerate().map(at).collect())
+            let draws = match &origins {
+                Some((_, later)) => draws(values).of_origins(later.clone()),
+                None => draws(values),
+            };
+            if origins.as_ref().is_none_or(|(least, _)| number < *least) {
+                origins = Some((number, here));
+            }
+            all.push(Path { effective: draws.effective(), draws });
+        }
+        all.reverse();
+        Ok(all)
     }
 
     /// For each instant the particle of each path.

@@ -379,8 +379,7 @@ fn cells(
         };
         let [p, mut error] = draws.mean(agrees);
         // Where no draw, or each, has it: the deviation of a share of which nothing else is known.
-        let is_predicate = |slot: &usize| model.is_predicate(setting.variable_of(*slot));
-        if error == 0.0 && finite.iter().all(is_predicate) {
+        if error == 0.0 {
             error = 1.0 / (draws.effective().max(1.0) + 2.0);
         }
         let name = |(slot, value): (&usize, &usize)| {
