@@ -1,17 +1,23 @@
 //! Recordings of stereo frames and an inertial sensor, in EuRoC's format.
 //!
 //! In: a folder with `cam0`, `cam1` (pictures named by their time in ns), `imu0.csv` (time in ns, angular velocity in
-//! rad/s and specific force in m/s², in the body's frame) and the cameras' `sensor.yaml`. Out: [`Recording`], and
-//! [`Posture`], the rotation of the body over time. Invariant: times increase; each number is finite.
+//! rad/s and specific force in m/s², in the body's frame) and the cameras' `sensor.yaml`. Out: [`Recording`], [`Posture`], the
+//! rotation of the body over time, and [`Poses`], its places, where they were measured. Invariant: times increase; each number is
+//! finite.
+
+mod poses;
+
+pub use poses::Poses;
 
 use crate::error::Error;
 use crate::frame::{Spherical, wrap_angle};
 use crate::input;
-use crate::vestibular::Noise;
-use crate::vestibular::inertial;
-use crate::vestibular::rotation;
+use crate::vestibular::reader::Row;
+use crate::vestibular::rotation::{self, Quaternion};
+use crate::vestibular::{BalanceError, Fault, Noise, Settings, Stream};
 use crate::vision::VisionError;
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// An inertial reading.
@@ -30,6 +36,8 @@ pub struct Inertial {
 pub struct Recording {
     /// Time in ns, left and right picture.
     pub frames: Vec<(i64, PathBuf, PathBuf)>,
+    /// Pictures of the left camera without one of the right.
+    pub unpaired: usize,
     /// In order of time.
     pub inertial: Vec<Inertial>,
 }
@@ -49,7 +57,7 @@ impl Recording {
             let path = path.to_path_buf();
             move |source| VisionError::Read { path, source }
         };
-        let mut frames = Vec::new();
+        let (mut frames, mut unpaired) = (Vec::new(), 0);
         for entry in std::fs::read_dir(&cameras[0]).map_err(failed(&cameras[0]))? {
             let left = entry.map_err(failed(&cameras[0]))?.path();
             let time = left.file_stem().and_then(|stem| stem.to_string_lossy().parse::<i64>().ok());
@@ -57,6 +65,8 @@ impl Recording {
             let right = cameras[1].join(name);
             if right.is_file() {
                 frames.push((time, left, right));
+            } else {
+                unpaired += 1;
             }
         }
         frames.sort();
@@ -68,7 +78,7 @@ impl Recording {
         let path = [folder.join("imu0.csv"), folder.join("imu0").join("data.csv")];
         let path = path.iter().find(|path| path.is_file()).unwrap_or(&path[0]);
         let text = input::text(path, input::MOST_BYTES)?;
-        Ok(Self { frames, inertial: inertial(&text).map_err(|reason| wrong(path, reason))? })
+        Ok(Self { frames, unpaired, inertial: inertial(&text).map_err(|reason| wrong(path, reason))? })
     }
 }
 
@@ -98,16 +108,25 @@ fn inertial(text: &str) -> Result<Vec<Inertial>, String> {
     if rows.is_empty() { Err("no rows of numbers".to_owned()) } else { Ok(rows) }
 }
 
-/// The rotation of the body: the filter of `models/inertial.bp`.
+/// A frame whose last inertial reading is older, s, has no orientation of its own.
+const LATE_S: f64 = 0.03;
+
+/// The rotation of the body: the filter of `models/inertial.bp`, with its clock ([`Stream`]).
 ///
 /// The body is taken to be at rest before the first frame: the readings until then show the bias of the gyroscope and the vertical.
 #[derive(Clone, Debug)]
 pub struct Posture {
-    filter: inertial::Inertial,
+    stream: Stream,
     /// The direction of the gaze, in the body's frame, and its azimuth at the first frame: 0 in the map.
     ahead: Vector3<f64>,
     first: f64,
+    /// Of the last reading.
     time: i64,
+    /// The rows so far, and those with each event.
+    rows: u64,
+    events: BTreeMap<&'static str, u64>,
+    /// The orientation at the time that was asked for last.
+    orientation: Quaternion,
 }
 
 impl Posture {
@@ -117,32 +136,72 @@ impl Posture {
     /// No reading of the sensor before the first frame.
     pub fn at_rest(recording: &Recording, ahead: Vector3<f64>) -> Result<Self, Error> {
         let begin = recording.frames[0].0;
-        let mut before = recording.inertial.iter().take_while(|row| row.time < begin);
-        let Some(first) = before.next() else {
+        let before = recording.inertial.iter().take_while(|row| row.time < begin);
+        let Some(first) = recording.inertial.first().filter(|row| row.time < begin) else {
             let (path, reason) =
                 (recording.frames[0].1.clone(), "there is no inertial reading before this frame".to_owned());
             return Err(VisionError::File { path, reason }.into());
         };
-        let mut filter = inertial::Inertial::new(Noise::default(), 0.0);
-        filter.start(first.specific_force.into());
-        let mut posture = Self { filter, ahead, first: 0.0, time: first.time };
+        let stream = Stream::new(Settings::default());
+        let (time, orientation) = (first.time, stream.filter().orientation());
+        let events = BTreeMap::new();
+        let mut posture = Self { stream, ahead, first: 0.0, time, rows: 0, events, orientation };
         for row in before {
-            let seconds = posture.feel(row);
-            posture.filter.still(row.angular_velocity.into(), seconds.max(1e-4));
+            let seconds = posture.feel(row)?;
+            posture.stream.still(row.angular_velocity.into(), seconds.max(1e-4));
         }
+        posture.orientation = posture.stream.filter().orientation();
         posture.first = posture.azimuth();
         Ok(posture)
     }
 
-    /// Processes an inertial reading; rows are in order of time. Returns the seconds that it stands for.
-    pub fn feel(&mut self, row: &Inertial) -> f64 {
-        let seconds = (row.time - self.time) as f64 * 1e-9;
-        if seconds > 0.0 {
-            self.time = row.time;
-            self.filter.turn(row.angular_velocity.into(), 0.0, seconds);
-            self.filter.push(row.specific_force.into(), seconds);
+    /// Processes an inertial reading; rows are in order of time. Returns the seconds since the reading before.
+    ///
+    /// # Errors
+    /// The program's own checks.
+    pub fn feel(&mut self, row: &Inertial) -> Result<f64, Error> {
+        self.rows += 1;
+        let (rate, force) = (Some(row.angular_velocity.into()), Some(row.specific_force.into()));
+        let row = Row { number: self.rows, time: row.time, rate, force };
+        let instants = self.stream.feel(row).map_err(|fault| match fault {
+            Fault::Program(error) => error,
+            Fault::Clock(reason) => BalanceError::File { path: PathBuf::from("imu0.csv"), reason }.into(),
+        })?;
+        for name in instants.iter().flat_map(|instant| instant.events.names()) {
+            *self.events.entry(name).or_default() += 1;
         }
-        seconds
+        let seconds = (row.time - self.time) as f64 * 1e-9;
+        (self.time, self.orientation) = (row.time, self.stream.filter().orientation());
+        Ok(seconds)
+    }
+
+    /// Turns the estimate on to the stamp of a frame, by the last rate. Returns the age of the last reading, s: if it is more than
+    /// [`Posture::is_late`] allows, the orientation is held.
+    pub fn turn_to(&mut self, time: i64) -> f64 {
+        let age = (time - self.time) as f64 * 1e-9;
+        let filter = self.stream.filter();
+        self.orientation = filter.orientation();
+        if !Self::is_late(age) {
+            let turn = rotation::from_vector(filter.estimate().rate.map(|rate| age * rate));
+            self.orientation = rotation::normalised(rotation::product(self.orientation, turn));
+        }
+        age
+    }
+
+    /// Whether a reading of this age, s, is too old for a frame.
+    pub fn is_late(age: f64) -> bool {
+        age > LATE_S
+    }
+
+    /// The deviation of the yaw at an age of the last reading, rad: beyond [`Posture::is_late`] it grows by the prior of rates.
+    pub fn yaw_deviation(&self, age: f64) -> f64 {
+        let unseen = if Self::is_late(age) { age * Noise::default().omega } else { 0.0 };
+        self.stream.filter().rotation_covariance()[2][2].max(0.0).sqrt().hypot(unseen)
+    }
+
+    /// The inertial rows so far with each event: gaps, clipped readings.
+    pub fn events(&self) -> &BTreeMap<&'static str, u64> {
+        &self.events
     }
 
     /// The estimated yaw, radians to the left.
@@ -153,12 +212,12 @@ impl Posture {
     /// The rotation from a frame that is turned to the body's by `to_body` into the map's, in which the azimuth of the first
     /// frame is 0.
     pub fn to_map(&self, to_body: &Rotation3<f64>) -> Matrix3<f64> {
-        let world = Matrix3::from(rotation::matrix(self.filter.orientation())).transpose();
+        let world = Matrix3::from(rotation::matrix(self.orientation)).transpose();
         Rotation3::from_axis_angle(&Vector3::z_axis(), -self.first).matrix() * world * to_body.matrix()
     }
 
     fn in_world(&self, body: Vector3<f64>) -> [f64; 3] {
-        rotation::apply(&rotation::matrix(self.filter.orientation()), body.into())
+        rotation::apply(&rotation::matrix(self.orientation), body.into())
     }
 
     fn azimuth(&self) -> f64 {
@@ -179,7 +238,7 @@ mod tests {
             Inertial { time: step * 5_000_000, angular_velocity, specific_force: Vector3::new(9.8, 0.0, 0.0) }
         };
         let frames = [20i64, 120].map(|step| (step * 5_000_000, PathBuf::from("l"), PathBuf::from("r")));
-        Recording { frames: frames.to_vec(), inertial: (0..=120).map(row).collect() }
+        Recording { frames: frames.to_vec(), unpaired: 0, inertial: (0..=120).map(row).collect() }
     }
 
     #[test]
@@ -187,7 +246,7 @@ mod tests {
         let recording = turning(-0.8);
         let mut posture = Posture::at_rest(&recording, Vector3::z()).unwrap();
         recording.inertial.iter().for_each(|row| {
-            posture.feel(row);
+            posture.feel(row).unwrap();
         });
         // −0.8 rad/s about the vertical for 0.5 s is −0.4 rad, to the right.
         assert!((posture.yaw() + 0.4).abs() < 1e-3, "{}", posture.yaw());
@@ -197,6 +256,33 @@ mod tests {
         assert!((azimuth + 0.4).abs() < 1e-3 && elevation.abs() < 1e-3, "{azimuth} {elevation}");
         let (azimuth, _) = seen(-Vector3::y());
         assert!((azimuth - (std::f64::consts::FRAC_PI_2 - 0.4)).abs() < 1e-3, "{azimuth}");
+    }
+
+    #[test]
+    fn a_frame_between_two_readings_or_after_the_last() {
+        let recording = turning(-0.8);
+        let mut posture = Posture::at_rest(&recording, Vector3::z()).unwrap();
+        recording.inertial.iter().for_each(|row| {
+            posture.feel(row).unwrap();
+        });
+        let end = recording.inertial[120].time;
+        // 4 ms later the turn goes on at -0.8 rad/s.
+        let (before, age) = (posture.yaw(), posture.turn_to(end + 4_000_000));
+        assert!(
+            !Posture::is_late(age) && (posture.yaw() - before + 0.0032).abs() < 1e-4,
+            "{}",
+            posture.yaw()
+        );
+        let known = posture.yaw_deviation(age);
+        // Half a second without readings: held, with 0.35 rad of deviation from the prior of 0.7 rad/s.
+        let age = posture.turn_to(end + 500_000_000);
+        assert!(Posture::is_late(age) && posture.yaw() == before);
+        assert!((posture.yaw_deviation(age) - known.hypot(0.5 * Noise::default().omega)).abs() < 1e-9);
+        // The readings come back: a gap, and the deviation stays.
+        let late = Inertial { time: end + 600_000_000, ..recording.inertial[120] };
+        posture.feel(&late).unwrap();
+        assert_eq!(posture.events().get("gap"), Some(&1));
+        assert!(posture.yaw_deviation(0.0) > 0.3);
     }
 
     #[test]

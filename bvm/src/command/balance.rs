@@ -197,6 +197,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     if tally.rows < 2 {
         return Err(reader.refusal("there is one row: time needs two".to_owned()).into());
     }
+    let backwards = tally.events.get("backwards").copied().unwrap_or(0);
+    if 2 * backwards > tally.rows {
+        let rows = tally.rows;
+        let reason = format!(
+            "the stamps run back at {backwards} of {rows} rows: the rows are in reverse order, or the column is no time"
+        );
+        return Err(reader.refusal(reason).into());
+    }
     let units = reader.units();
     let verdict = stream.verdict(units.stated);
     if !arguments.unchecked && !verdict.mistakes.is_empty() {

@@ -2,13 +2,16 @@
 //!
 //! In: for each sensor, the likelihood of its reading given that a cell is empty or occupied. Out: P(O), P(V) and the
 //! entropies of every cell. Invariant: the map is fixed in the world; sensor data are placed at the exact angle of the
-//! head ([`Heading`]), so that the map is never resampled. A map in the axes of the head is moved by [`shift`].
+//! head ([`Heading`]), so that a turn does not resample the map. A map in the axes of the head is moved by [`shift`], and a map
+//! whose head goes to another place by [`translation`]. [`clock`] says to which instant a sample belongs.
 //!
 //! Layout: \[value\]\[ρ\]\[φ\]\[θ\], θ contiguous (see [`crate::grid`]).
 
+pub mod clock;
 mod heading;
 mod joint;
 pub mod shift;
+pub mod translation;
 
 pub use heading::Heading;
 
@@ -18,6 +21,7 @@ use crate::programs::cell;
 use bp_core::compiler::exec::compiled::Report;
 use bp_core::compiler::space::{Edge, Moves, Space};
 use joint::Joint;
+use rayon::prelude::*;
 
 /// The possible displacements of a cell's content in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =
@@ -180,12 +184,59 @@ impl Map {
 
     /// Resamples the content of the directions after a rotation of the head. Velocities keep their axes.
     pub fn resample(&mut self, resampling: &shift::Resampling) {
+        self.weigh_lean();
         self.each_shell(|value, before, now| match value {
             // P(O): the occupied solid angle is kept.
             0 | 1 => resampling.apply_to_probabilities(before, now),
             _ => resampling.apply(before, now),
         });
-        // The entropies of what was mixed; of O and V together, as the next step reads them: independent.
+        self.mixed();
+    }
+
+    /// Moves the map to the place of a head that moved by `step`, m, in the axes of the map ([`translation`]). Velocities keep
+    /// their axes; what was outside the grid is unknown.
+    pub fn translate(&mut self, step: [f64; 3]) {
+        self.weigh_lean();
+        let (cells, unknown) = (self.grid.cells(), self.unknown());
+        let from: Vec<Option<translation::Shares>> = (0..cells)
+            .into_par_iter()
+            .map(|at| translation::shares(&self.grid, self.grid.cell(at)?, step))
+            .collect();
+        let move_planes = |numbers: &mut [f32], unknown: &[f32]| {
+            numbers.par_chunks_exact_mut(cells).zip(unknown).for_each(|(plane, unknown)| {
+                let before = plane.to_vec();
+                for (now, from) in plane.iter_mut().zip(&from) {
+                    let mixed = |shares: &translation::Shares| {
+                        shares.iter().map(|(at, share)| share * before[*at]).sum::<f32>()
+                    };
+                    *now = from.as_ref().map_or(*unknown, mixed);
+                }
+            });
+        };
+        move_planes(self.state.distribution_o_mut(), &unknown[..2]);
+        move_planes(self.state.distribution_v_mut(), &unknown[2..]);
+        if let Some(joint) = &mut self.joint {
+            move_planes(&mut joint.lean, &[0.0; VELOCITIES.len()]);
+        }
+        self.mixed();
+    }
+
+    /// P(O | V) − ½ times P(V): what mixes linearly, beside P(V).
+    fn weigh_lean(&mut self) {
+        if let Some(joint) = &mut self.joint {
+            joint.lean.iter_mut().zip(self.state.distribution_v()).for_each(|(lean, p)| *lean *= p);
+        }
+    }
+
+    /// After cells were mixed: P(O | V) again, and the entropies; that of O and V together, as the next step reads them:
+    /// independent.
+    fn mixed(&mut self) {
+        if let Some(joint) = &mut self.joint {
+            let divide = |(lean, p): (&mut f32, &f32)| {
+                *lean = if *p > 0.0 { (*lean / p).clamp(-0.5, 0.5) } else { 0.0 }
+            };
+            joint.lean.iter_mut().zip(self.state.distribution_v()).for_each(divide);
+        }
         let cells = self.grid.cells();
         let entropy_of = |distribution: &[f32], cell: usize| {
             let term = |p: &f32| if *p > 0.0 { -p * p.ln() } else { 0.0 };
@@ -198,10 +249,11 @@ impl Map {
         *self.state.entropy_o_v_mut() = of_both;
     }
 
-    /// The numbers of an unknown cell: P(O) by value, P(V) by velocity, H(O, V), H(O).
+    /// The numbers of an unknown cell: P(O) by value, P(V) by velocity, H(O, V), H(O), P(O | V) − ½ by velocity.
     fn unknown(&self) -> Vec<f32> {
         let both = 2f32.ln() - self.motion.iter().map(|p| p * p.ln()).sum::<f32>();
-        [0.5; 2].into_iter().chain(self.motion.iter().copied()).chain([both, 2f32.ln()]).collect()
+        let marginals = [0.5; 2].into_iter().chain(self.motion.iter().copied()).chain([both, 2f32.ln()]);
+        marginals.chain([0.0; VELOCITIES.len()]).collect()
     }
 
     /// Rewrites each shell of each number of the state; `value` counts the numbers as [`Map::unknown`] does.
@@ -222,6 +274,9 @@ impl Map {
         numbers(self.state.distribution_v_mut());
         numbers(self.state.entropy_o_v_mut());
         numbers(self.state.entropy_o_mut());
+        if let Some(joint) = &mut self.joint {
+            numbers(&mut joint.lean);
+        }
     }
 
     /// The grid.

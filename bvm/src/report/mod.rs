@@ -6,6 +6,7 @@
 //! quantity.
 
 mod bands;
+mod bars;
 mod cameras;
 mod colour;
 mod curves;
@@ -20,6 +21,7 @@ mod text;
 mod top_view;
 
 pub use bands::{Band, bands};
+pub use bars::{Bars, bars};
 pub use cameras::cameras;
 pub use colour::ColourMap;
 pub use curves::{Series, entropy_curves};

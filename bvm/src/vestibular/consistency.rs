@@ -8,7 +8,7 @@
 //! over short stretches, and compared with scaled permutations of the axes. (−a obeys the same equation: the sign of gravity is not
 //! seen.)
 
-use super::mistakes::{axes_of, clockwise, of_period, of_scale, of_size};
+use super::mistakes::{axes_of, clockwise, of_period, of_rate, of_scale, of_size};
 use super::rotation::{self, Vector, cross, dot};
 use nalgebra::{SMatrix, SVector};
 
@@ -25,9 +25,6 @@ const ENOUGH: (u32, f64, f64) = (8, 0.1, 400.0);
 /// A simpler matrix is taken if it explains less by no more than this part, and these times the variance of what is left.
 const SIMPLER: (f64, f64) = (0.02, 100.0);
 
-/// The rate of no gyroscope, rad/s: 4500 °/s.
-const FASTEST: f64 = 80.0;
-
 /// Sums over a recording.
 #[derive(Clone, Debug)]
 pub(super) struct Consistency {
@@ -42,7 +39,8 @@ pub(super) struct Consistency {
     stretches: u32,
     compared: u32,
     sizes: Sizes,
-    fastest: f64,
+    /// The largest rate, rad/s, and its row.
+    fastest: (f64, u64),
     periods: Sizes,
     stuck: Stuck,
 }
@@ -73,7 +71,7 @@ impl Default for Consistency {
             stretches: 0,
             compared: 0,
             sizes: Sizes::default(),
-            fastest: 0.0,
+            fastest: (0.0, 0),
             periods: Sizes::default(),
             stuck: Stuck::default(),
         }
@@ -118,7 +116,10 @@ impl Consistency {
             self.stuck = Stuck { rate, row, found, stood, ..Stuck::default() };
         }
         self.sizes.add(dot(force, force).sqrt());
-        self.fastest = rate.iter().fold(self.fastest, |most, rate| most.max(rate.abs()));
+        let fastest = rate.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
+        if fastest > self.fastest.0 {
+            self.fastest = (fastest, row);
+        }
         if dt <= 0.0 {
             return;
         }
@@ -218,14 +219,7 @@ impl Consistency {
         let decided =
             self.stretches >= ENOUGH.0 && best > ENOUGH.1 * self.changes && best > ENOUGH.2 * variance;
         if !decided {
-            if self.fastest > FASTEST {
-                verdict.mistakes.push(format!(
-                    "rates of up to {:.0} rad/s are beyond any gyroscope; as deg/s they are {:.1} rad/s, a factor of 0.01745: \
-                     --rate-unit deg/s (or mdps)",
-                    self.fastest,
-                    self.fastest.to_radians()
-                ));
-            }
+            verdict.mistakes.extend(of_rate(self.fastest));
             return verdict;
         }
         let least = best - SIMPLER.0 * best - SIMPLER.1 * variance;

@@ -13,6 +13,29 @@ pub(super) fn clockwise(k: f64) -> String {
     )
 }
 
+/// The rate of no gyroscope, rad/s: 4500 °/s.
+const FASTEST: f64 = 80.0;
+
+/// The largest rate, rad/s, and its row, are not those of a gyroscope.
+pub(super) fn of_rate((rate, row): (f64, u64)) -> Option<String> {
+    if rate <= FASTEST {
+        return None;
+    }
+    let unit = RATES[1..=2].iter().find(|unit| rate * unit.size <= FASTEST);
+    Some(match unit {
+        Some(unit) => format!(
+            "row {row}: a rate of {rate:.0} rad/s is beyond any gyroscope; in {} it is {:.1} rad/s, a factor of {}: --rate-unit {}",
+            unit.name,
+            rate * unit.size,
+            plain(unit.size),
+            unit.name
+        ),
+        None => format!(
+            "row {row}: a rate of {rate:e} is beyond any gyroscope in any unit: the reading is broken"
+        ),
+    })
+}
+
 /// The median period is not that of an inertial sensor.
 pub(super) fn of_period(period: f64) -> String {
     let usual = 1e-4..=0.2;

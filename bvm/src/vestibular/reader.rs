@@ -68,6 +68,8 @@ pub struct Reader<R> {
     format: Format,
     /// A first row that is no header.
     first: Option<String>,
+    /// The first stamp, as it is written, and the rows since then.
+    begun: Option<(f64, u64)>,
 }
 
 impl Reader<std::io::BufReader<std::fs::File>> {
@@ -99,8 +101,17 @@ impl<R: BufRead> Reader<R> {
         };
         let units = Units { units: [TIMES[0], RATES[0], ACCELERATIONS[0]], stated: [false; 3] };
         let path = path.to_path_buf();
-        let mut reader =
-            Self { path, lines, number: 0, separator: None, columns, units, format, first: None };
+        let mut reader = Self {
+            path,
+            lines,
+            number: 0,
+            separator: None,
+            columns,
+            units,
+            format,
+            first: None,
+            begun: None,
+        };
         let Some(line) = reader.line()? else { return Err(reader.refusal("the file is empty".to_owned())) };
         let line = line.trim_start_matches('\u{feff}').to_owned();
         reader.separator = [',', ';', '\t'].into_iter().find(|separator| line.contains(*separator));
@@ -165,7 +176,17 @@ impl<R: BufRead> Reader<R> {
                 None => return Ok(None),
             },
         };
-        self.row(&line).map(Some).map_err(|reason| self.refusal(format!("row {}: {reason}", self.number)))
+        let row = self.row(&line).map_err(|reason| self.refusal(format!("row {}: {reason}", self.number)))?;
+        let stamp =
+            split(&line, self.separator).nth(self.columns.time.place).and_then(|cell| cell.parse().ok());
+        self.begun = self.begun.map(|(first, rows)| (first, rows + 1)).or(stamp.map(|stamp| (stamp, 1)));
+        Ok(Some(row))
+    }
+
+    /// The mean time between rows until a stamp, in the units in which it is written.
+    fn period(&self, stamp: &str) -> Option<f64> {
+        let (first, rows) = self.begun?;
+        Some((stamp.parse::<f64>().ok()? - first) / rows as f64)
     }
 
     fn row(&self, line: &str) -> Result<Row, String> {
@@ -175,7 +196,7 @@ impl<R: BufRead> Reader<R> {
         }
         let [time, rate, acceleration] = self.units.units;
         let stamp = cells[self.columns.time.place];
-        let time = nanoseconds(stamp, time).ok_or_else(|| not_a_stamp(stamp, time))?;
+        let time = nanoseconds(stamp, time).ok_or_else(|| not_a_stamp(stamp, time, self.period(stamp)))?;
         let three = |columns: &[super::columns::Column; 3], size: f64, axes: Option<Axes>| {
             let mut values = [0.0; 3];
             for (value, column) in values.iter_mut().zip(columns) {
@@ -260,10 +281,14 @@ fn nanoseconds(text: &str, unit: Unit) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Why a stamp is refused: a number that is too large for its unit suits another one.
-fn not_a_stamp(text: &str, unit: Unit) -> String {
+/// Why a stamp is refused: a number that is too large for its unit suits another one, by the time between rows where that is known.
+fn not_a_stamp(text: &str, unit: Unit, period: Option<f64>) -> String {
     let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-    let suits = |number: f64| TIMES.into_iter().find(|unit| number.abs() * unit.size < 9e9);
+    let usual = |unit: &Unit| period.is_some_and(|period| (1e-4..=0.2).contains(&(period * unit.size)));
+    let suits = |number: f64| {
+        let in_time = |unit: &Unit| number.abs() * unit.size < 9e9;
+        TIMES.into_iter().find(usual).filter(in_time).or(TIMES.into_iter().find(in_time))
+    };
     match number.and_then(suits) {
         Some(other) if other.size < unit.size => format!(
             "`{text}` is beyond all stamps in {}; in {} it is a time of our days, a factor of {:e}: --time-unit {}",
@@ -326,6 +351,15 @@ mod tests {
         for wrong in ["", ".", "-", "x", "nan", "1403636579743555584000"] {
             assert_eq!(nanoseconds(wrong, TIMES[0]), None, "{wrong}");
         }
+    }
+
+    #[test]
+    fn stamps_in_ns_from_zero_are_named_by_their_period() {
+        // 100 Hz in ns, read as s: 10 ms are 10⁷ s, and 923 rows are more than i64 holds in ns.
+        let rows_of = |count: u64| (0..count).map(|row| format!("{},0,0,0,0,0,1\n", 10_000_000 * row));
+        let text = format!("t,gx,gy,gz,ax,ay,az\n{}", rows_of(1000).collect::<String>());
+        let message = rows(&text, Format::default()).unwrap_err().to_string();
+        assert!(message.contains("row 925") && message.contains("--time-unit ns"), "{message}");
     }
 
     #[test]

@@ -193,6 +193,11 @@ impl Stream {
         self.consistency.verdict(stated)
     }
 
+    /// The sensor is known to rest: what the gyroscope measured over these seconds, rad/s, is its bias.
+    pub fn still(&mut self, rate: Vector, seconds: f64) {
+        self.filter.still(rate, seconds);
+    }
+
     /// The filter.
     pub fn filter(&self) -> &Inertial {
         &self.filter

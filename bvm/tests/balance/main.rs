@@ -7,6 +7,8 @@ mod cases;
 mod programs;
 mod published;
 mod recordings;
+mod three_dimensions;
+mod two_modes;
 
 use bvm::vestibular::reader::{Format, Reader};
 use bvm::vestibular::{Fault, Instant, Settings, Stream, Verdict};

@@ -1,17 +1,14 @@
-//! Published behaviour of the vestibular model (Laurens and Angelaki, *eLife* 6:e28074, 2017), and reference runs of its extension to
-//! three dimensions (an extended Kalman filter with the same numbers).
+//! Published behaviour of the vestibular model (Laurens and Angelaki, *eLife* 6:e28074, 2017), in one dimension.
 //!
 //! `docs/balance.md` prints the table; `cargo test -p bvm --test balance published -- --nocapture` prints ours.
 
 use bp_core::compiler::strategies::gaussian::Filter;
 use bvm::programs::tilt_translation::{self, motion, turn};
-use bvm::vestibular::human::{DT, Human};
-use bvm::vestibular::inertial::GRAVITY;
-use bvm::vestibular::rotation::{self, Vector};
+use bvm::vestibular::human::DT;
 
 /// Within a part of the published value.
 #[track_caller]
-fn near(name: &str, found: f64, published: f64, most: f64) {
+pub(crate) fn near(name: &str, found: f64, published: f64, most: f64) {
     println!("{name}: {found:.4}, published {published}");
     assert!((found - published).abs() <= most, "{name}: {found}, published {published}");
 }
@@ -40,7 +37,7 @@ impl Canal {
 }
 
 /// Means of Omega, C, G, A at each instant of a passive motion, of the signals of canals and otoliths.
-fn passive(filter: &mut Filter, steps: usize, of: impl Fn(f64) -> [f64; 2]) -> Vec<[f64; 4]> {
+fn passive(filter: &mut Filter, steps: usize, mut of: impl FnMut(f64) -> [f64; 2]) -> Vec<[f64; 4]> {
     let one = |step: usize| {
         let [v, f] = of(step as f64 * DT);
         let belief = filter.step(&[("V", v), ("F", f), ("Turning", 0.0), ("Moving", 0.0)]).unwrap();
@@ -198,117 +195,45 @@ fn tilt_and_translation_over_frequency() {
     }
 }
 
-/// A head in three dimensions, with its true orientation.
-struct Head {
-    human: Human,
-    orientation: [f64; 4],
+/// A minute of rotation at a rate of 1 about a vertical axis, felt passively; then the axis is horizontal. The filter of tilts begins
+/// with what is known of the canals then, mean and deviation, and its gains change from there: those of the published simulation,
+/// which are not those of a head that was always tilted. Signals of the canals go on.
+fn tilted_after_a_minute() -> (Filter, Canal) {
+    let (mut filter, mut canal) = (vertical(tilt_translation::turn()), Canal::default());
+    let mut known = [0.0; 2];
+    for _ in 0..6000 {
+        let belief = filter.step(&[("V", canal.signal(1.0)), ("Turning", 0.0)]).unwrap();
+        let row = belief.variables.iter().position(|name| name == "C").unwrap();
+        known = [belief.mean[row], belief.covariance[(row, row)].sqrt()];
+    }
+    (tilt_translation::motion().first_c(known[0]).sigma_c(known[1]).filter().unwrap(), canal)
 }
 
-impl Head {
-    /// Upright or tilted, after a minute at rest.
-    fn at_rest(orientation: [f64; 4]) -> Self {
-        let up = rotation::apply(&rotation::transposed(&rotation::matrix(orientation)), [0.0, 0.0, GRAVITY]);
-        let mut head = Self { human: Human::at_rest(up, 0.0), orientation };
-        head.go(60.0, [0.0; 3], [0.0; 3]);
-        head
-    }
-
-    /// Rotates (rad/s) and accelerates (m/s², in the axes of the head) for some time.
-    fn go(&mut self, seconds: f64, rate: Vector, acceleration: Vector) {
-        for _ in 0..(seconds / DT).round() as usize {
-            self.step(rate, acceleration);
-        }
-    }
-
-    fn step(&mut self, rate: Vector, acceleration: Vector) {
-        let turn = rotation::from_vector(rate.map(|rate| DT * rate));
-        self.orientation = rotation::normalised(rotation::product(self.orientation, turn));
-        let up =
-            rotation::apply(&rotation::transposed(&rotation::matrix(self.orientation)), [0.0, 0.0, GRAVITY]);
-        self.human.move_on(rate, std::array::from_fn(|axis| up[axis] + acceleration[axis]));
-    }
+/// The time constant of the exponential that fits best, by least squares, s.
+fn fitted(values: &[f64]) -> f64 {
+    let left = |tau: f64| {
+        let shape = |step: usize| (-(step as f64) * DT / tau).exp();
+        let sum = |of: &dyn Fn(usize) -> f64| (0..values.len()).map(of).sum::<f64>();
+        let size = sum(&|step| shape(step) * values[step]) / sum(&|step| shape(step).powi(2));
+        sum(&|step| (values[step] - size * shape(step)).powi(2))
+    };
+    let all = (50..1000).map(|hundredth| f64::from(hundredth) * 0.01);
+    all.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap()
 }
 
 #[test]
-fn three_dimensions_yaw() {
-    for rate in [20f64, 90.0] {
-        let mut head = Head::at_rest([1.0, 0.0, 0.0, 0.0]);
-        let rate = rate.to_radians();
-        head.step([0.0, 0.0, rate], [0.0; 3]);
-        near("3-D: first estimate of a rotation", head.human.rate()[2] / rate, 0.94, 5e-3);
-        head.go(30.0, [0.0, 0.0, rate], [0.0; 3]);
-        let then = head.human.rate()[2];
-        head.go(20.0, [0.0, 0.0, rate], [0.0; 3]);
-        near("3-D: decay of a rotation, s", 20.0 / (then / head.human.rate()[2]).ln(), 16.49, 0.2);
-    }
-}
-
-#[test]
-fn three_dimensions_somatogravic() {
-    for (g, degrees) in [(0.2, 11.3), (0.5, 26.6), (1.0, 45.0)] {
-        let mut head = Head::at_rest([1.0, 0.0, 0.0, 0.0]);
-        head.go(40.0, [0.0; 3], [g * GRAVITY, 0.0, 0.0]);
-        let [x, _, z] = head.human.gravity();
-        near(&format!("3-D: tilt felt at {g} g, deg"), x.atan2(z).to_degrees(), degrees, 0.6);
-    }
-}
-
-#[test]
-fn three_dimensions_tilt_after_stop() {
-    // A long rotation at 10 deg/s stops, and the head is tilted: nothing was felt any more, but the canals signal the stop.
-    // The reference run has 8.2 s at 45 and 3.1 s at 90 degrees; the equations of 2017, integrated on their own with numpy, decay
-    // to 1/e in 5.67 s, as ours.
-    for (roll, reference, most) in [(0.0, 16.5, 0.1), (15.0, 15.5, 0.1), (30.0, 12.4, 0.2), (90.0, 5.67, 0.1)]
-    {
-        let up = [0.0, f64::sin(f64::to_radians(roll)) * GRAVITY, f64::cos(f64::to_radians(roll)) * GRAVITY];
-        let mut human = Human::at_rest(up, 0.0);
-        (0..6000).for_each(|_| human.feel([0.0; 3], up));
-        let mut felt = Vec::new();
-        for step in 0..3000 {
-            let canals = -f64::to_radians(10.0) * (-f64::from(step) * DT / 4.0).exp();
-            human.feel([0.0, 0.0, canals], up);
-            felt.push(human.rate()[2]);
-        }
-        let steps = felt.iter().position(|rate| rate / felt[0] < (-1f64).exp()).unwrap();
-        near(&format!("3-D: tilt after stop, {roll} deg, s"), steps as f64 * DT, reference, most);
-    }
-}
-
-#[test]
-fn three_dimensions_off_vertical_axis() {
-    // The reference run has gains of .16, .62, .85 and .90 at 10, 30, 60 and 90 degrees and 30 deg/s: a fifth below ours. A
-    // horizontal axis is the case of one dimension, whose plateau is .918.
-    for (speed, axis, reference, most) in [
-        (30.0, 0.0, 0.01, 0.011),
-        (30.0, 90.0, 0.918, 0.01),
-        (60.0, 0.0, 0.01, 0.011),
-        (60.0, 10.0, 0.05, 0.01),
-    ] {
-        let mut head = Head::at_rest(rotation::from_vector([f64::to_radians(axis), 0.0, 0.0]));
-        let rate = f64::to_radians(speed);
-        head.go(120.0, [0.0, 0.0, rate], [0.0; 3]);
-        let mut sum = 0.0;
-        let steps = (360.0 / speed / DT).round() as usize;
-        for _ in 0..steps {
-            head.step([0.0, 0.0, rate], [0.0; 3]);
-            sum += head.human.rate()[2] / rate / steps as f64;
-        }
-        near(&format!("3-D: off-vertical axis, {speed} deg/s, {axis} deg"), sum, reference, most);
-    }
-}
-
-#[test]
-fn rotation_about_a_horizontal_axis() {
-    // Steady rotation that tilts: the otoliths alone keep the estimate up, as the plateau of the published model.
-    let mut filter = tilting(tilt_translation::motion());
-    let found = passive(&mut filter, 6000, |time| [0.0, time + DT]);
-    near("horizontal axis: plateau", found[5999][0], 0.918, 1e-3);
-    // 63 % of the plateau: the text of 2017 gives 3.1 s, its equations with numpy 5.83 s.
-    let steps = found.iter().position(|it| it[0] > found[5999][0] * (1.0 - (-1f64).exp())).unwrap();
-    near("horizontal axis: build-up, s", steps as f64 * DT, 5.83, 0.02);
-    // A stop of such a rotation: 2.7 s in the text, 5.67 s by the equations.
-    let mut filter = tilting(tilt_translation::motion());
-    let found = passive(&mut filter, 3000, |time| [-(-time / 4.0).exp(), 0.0]);
-    let steps = found.iter().position(|it| it[0] / found[0][0] < (-1f64).exp()).unwrap();
-    near("post-rotatory tilt, 1/e, s", steps as f64 * DT, 5.67, 0.02);
+fn rotation_about_an_axis_that_becomes_horizontal() {
+    // It goes on: the otoliths build the estimate up again.
+    let (mut filter, mut canal) = tilted_after_a_minute();
+    let found = passive(&mut filter, 4000, |time| [canal.signal(1.0), time + DT]);
+    let plateau = found[3999][0];
+    near("horizontal axis: plateau", plateau, 0.918, 1e-3);
+    let steps = found.iter().position(|it| it[0] > plateau * (1.0 - (-1f64).exp())).unwrap();
+    near("horizontal axis: build-up to 63 %, s", steps as f64 * DT, 3.1, 0.05);
+    // It stops: the response is short. The text does not say how it fits; over 10 s and 20 s it is the same here.
+    let (mut filter, mut canal) = tilted_after_a_minute();
+    let found: Vec<f64> =
+        passive(&mut filter, 2000, |_| [canal.signal(0.0), 0.0]).iter().map(|it| it[0]).collect();
+    near("post-rotatory tilt, 10 s, s", fitted(&found[..1000]), 2.7, 0.15);
+    near("post-rotatory tilt, 20 s, s", fitted(&found), 2.7, 0.15);
 }

@@ -88,6 +88,16 @@ fn refusals_name_the_way_out() {
         std::fs::write(&imu, content).unwrap();
         refuses(&arguments, &names);
     }
+    let lines: Vec<String> = roll(1.0).lines().map(str::to_owned).collect();
+    let reversed = std::iter::once(&lines[0]).chain(lines[1..].iter().rev());
+    let reversed: String = reversed.map(|line| format!("{line}\n")).collect();
+    std::fs::write(&imu, reversed).unwrap();
+    refuses(&arguments, &["run back at 200 of 201 rows", "reverse order"]);
+    // One broken reading: no unit makes it a rate.
+    let mut broken = lines;
+    broken[80] = "0.79,4e9,0,0,0,0,9.8".to_owned();
+    std::fs::write(&imu, broken.join("\n")).unwrap();
+    refuses(&arguments, &["row 81", "4e9", "broken"]);
     refuses(&["balance", "--imu", text(&folder.path().join("none.csv")), "--out", text(&out)], &["none.csv"]);
     assert_eq!(bvm(&[&arguments, ["--rate-unit", "mph"].as_slice()].concat()).status.code(), Some(2));
     assert_eq!(bvm(&[&arguments, ["--gyroscope-axes", "x,x,z"].as_slice()].concat()).status.code(), Some(2));

@@ -157,12 +157,13 @@ fn a_look_is_not_mirrored() {
     assert!(dark(1.0, 0.333) && !dark(1.0, -0.333), "the board is on the left, and only there");
 }
 
-/// A recording of two frames: a body at rest (x ahead, y left, z up), then half a radian to the left.
-fn write_recording(folder: &Path) {
+/// A recording of frames at some times, ns, and of `readings` inertial readings at 200 Hz: a body at rest (x ahead, y left, z up) that
+/// turns to the left by half a radian a second from 0.2 s on.
+fn write_recording(folder: &Path, times: &[i64], readings: i64) {
     for (camera, is_right) in [("cam0", false), ("cam1", true)] {
         let data = folder.join(camera).join("data");
         std::fs::create_dir_all(&data).unwrap();
-        for time in ["200000000", "1200000000"] {
+        for time in times {
             write_picture(&data.join(format!("{time}.png")), is_right);
         }
         // Columns: the camera's right is −y, its down −z, its ahead x; the right camera is 0.1 m along −y.
@@ -175,7 +176,7 @@ fn write_recording(folder: &Path) {
         std::fs::write(folder.join(camera).join("sensor.yaml"), text).unwrap();
     }
     let mut rows = "#time,wx,wy,wz,ax,ay,az\n".to_owned();
-    for step in 0..=240i64 {
+    for step in 0..readings {
         // Counter-clockwise about the vertical is positive, as for any gyroscope.
         let rate = if step > 40 { 0.5 } else { 0.0 };
         rows += &format!("{},0.0,0.0,{rate},0.0,0.0,9.81\n", step * 5_000_000);
@@ -186,7 +187,7 @@ fn write_recording(folder: &Path) {
 #[test]
 fn a_replay_turns_to_the_left() {
     let folder = TempDir::new().unwrap();
-    write_recording(folder.path());
+    write_recording(folder.path(), &[200_000_000, 1_200_000_000], 241);
     let out = folder.path().join("out");
     let answer = run(&[
         "replay",
@@ -215,6 +216,50 @@ fn a_replay_turns_to_the_left() {
         assert!(is_near(left) && left[0] > right[0] + 60, "{name}: {left:?} {right:?}");
         assert_eq!(pixel(-50.0, 8.0), [214, 220, 230], "{name}");
     }
+}
+
+#[test]
+fn a_replay_says_what_is_late_or_missing() {
+    let folder = TempDir::new().unwrap();
+    // Frames every 50 ms; two are missing, one has no partner, and the inertial readings end at 0.3 s.
+    let times = [200_000_000, 250_000_000, 300_000_000, 450_000_000];
+    write_recording(folder.path(), &times, 61);
+    write_picture(&folder.path().join("cam0").join("data").join("500000000.png"), false);
+    // The body goes half a metre ahead within the first 0.1 s; nobody knows where it is at 0.45 s.
+    let poses = folder.path().join("poses.csv");
+    let rows = [(100_000_000, 2.0), (200_000_000, 2.0), (300_000_000, 2.5)];
+    let row = |(time, x): &(i64, f64)| format!("{time},{x},7,1,1,0,0,0\n");
+    std::fs::write(&poses, format!("#ns,x,y,z\n{}", rows.iter().map(row).collect::<String>())).unwrap();
+    let out = folder.path().join("out");
+    let text = |path: &Path| path.to_str().unwrap().to_owned();
+    let (recording, out, poses) = (text(folder.path()), text(&out), text(&poses));
+    let answer = run(&["replay", "--recording", &recording, "--poses", &poses, "--out", &out, "--json"]);
+    let clock = &answer["clock"];
+    for (name, expected) in [
+        ("missing_frames", 2),
+        ("unpaired_frames", 1),
+        ("frames_without_orientation", 1),
+        ("frames_without_place", 1),
+        ("surplus_frames", 0),
+    ] {
+        assert_eq!(clock[name].as_u64(), Some(expected), "{name}: {clock}");
+    }
+    assert_eq!(clock["period_ms"].as_f64(), Some(50.0));
+    let frames = answer["frames"].as_array().unwrap();
+    assert_eq!(frames[3]["instants"].as_u64(), Some(3));
+    let number = |frame: usize, name: &str| frames[frame][name].as_f64().unwrap();
+    assert!((number(3, "inertial_age_ms") - 150.0).abs() < 0.1);
+    // The prior of rates, 0.7 rad/s, for 0.15 s.
+    assert!((number(3, "sd_yaw_degrees") - 6.0).abs() < 0.2, "{}", number(3, "sd_yaw_degrees"));
+    assert!(number(2, "sd_yaw_degrees") < 1.0);
+    assert!((number(3, "yaw_degrees") - number(2, "yaw_degrees")).abs() < 1e-9);
+    let place = |frame: usize, axis: usize| frames[frame]["place_m"][axis].as_f64().unwrap();
+    assert_eq!(place(0, 0), 0.0);
+    for (frame, ahead) in [(1, 0.25), (2, 0.5)] {
+        let (x, y) = (place(frame, 0), place(frame, 1));
+        assert!((x - ahead).abs() < 1e-3 && y.abs() < 1e-3, "{frame}: {x} {y}");
+    }
+    assert!(frames[3]["place_m"].is_null());
 }
 
 #[test]

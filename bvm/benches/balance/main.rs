@@ -3,22 +3,22 @@
 //! In: trials of BROAD (Laidig et al., *Data* 6:72, 2021) in `../shared/data/imu`, where they are there. Out: for each filter and
 //! trial the root mean square errors of inclination and of the whole orientation over the movement, the heading aligned at
 //! its start, without magnetometer; and the time of a sample, best of five runs. With `--figures DIR`, the pictures of
-//! `docs/balance.md`. The peers are the crates `vqf-rs` (defaults) and `ahrs` (Madgwick with β = 0.12, Mahony with its defaults
+//! `docs/balance.md`, which show the heading apart. The peers are the crates `vqf-rs` (defaults) and `ahrs` (Madgwick with β = 0.12, Mahony with its defaults
 //! of the publication of BROAD, kp = 0.74 and ki = 0.0012).
 //!
 //! ```sh
 //! cargo bench -p bvm --bench balance -- --figures docs/images
 //! ```
 
+mod figures;
+
 use ahrs::Ahrs;
-use bvm::report::{Band, bands};
 use bvm::vestibular::inertial::Inertial;
 use bvm::vestibular::reader::Row;
 use bvm::vestibular::rotation::{self, Quaternion, Vector};
 use bvm::vestibular::{Noise, Settings, Stream};
 use std::error::Error;
 use std::hint::black_box;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -135,16 +135,17 @@ const FILTERS: [(&str, Filter); 6] = [
     ("ahrs Mahony", mahony),
 ];
 
-/// Root mean square errors of inclination and of the whole orientation, degrees.
-fn errors(samples: &[Sample], found: &[Quaternion]) -> [f64; 2] {
-    let (mut aligned, mut squares, mut count) = (None, [0.0; 2], 0.0);
+/// Root mean square errors of inclination, of heading, and of the whole orientation, degrees.
+fn errors(samples: &[Sample], found: &[Quaternion]) -> [f64; 3] {
+    let (mut aligned, mut squares, mut count) = (None, [0.0; 3], 0.0);
     for (sample, q) in samples.iter().zip(found) {
         let Some([w, x, y, z]) = sample.truth else { continue };
         let difference = rotation::product(*q, [w, -x, -y, -z]);
         let turn = *aligned.get_or_insert(2.0 * difference[3].atan2(difference[0]));
         let [w, _, _, z] = rotation::product(rotation::from_vector([0.0, 0.0, -turn]), difference);
         squares[0] += (2.0 * w.hypot(z).min(1.0).acos()).powi(2);
-        squares[1] += (2.0 * w.abs().min(1.0).acos()).powi(2);
+        squares[1] += (2.0 * (z * w.signum()).atan2(w.abs())).powi(2);
+        squares[2] += (2.0 * w.abs().min(1.0).acos()).powi(2);
         count += 1.0;
     }
     squares.map(|sum: f64| (sum / count).sqrt().to_degrees())
@@ -163,11 +164,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("Root mean square errors in degrees: inclination / whole orientation");
     println!("filter                  trial 02     06           16           25           ns");
+    let mut all = Vec::new();
     for (name, filter) in FILTERS {
-        let cells: Vec<String> = (trials.iter())
-            .map(|samples| errors(samples, &filter(samples)))
-            .map(|[inclination, total]| format!("{inclination:.2} / {total:<6.2}"))
-            .collect();
+        let errors: Vec<[f64; 3]> = trials.iter().map(|samples| errors(samples, &filter(samples))).collect();
+        let cell = |[inclination, _, total]: &[f64; 3]| format!("{inclination:.2} / {total:<6.2}");
+        let cells: Vec<String> = errors.iter().map(cell).collect();
+        all.push((name, errors));
         let best = (0..RUNS)
             .map(|_| {
                 let begun = Instant::now();
@@ -179,74 +181,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let mut arguments = std::env::args().skip_while(|word| word != "--figures");
     if let Some(folder) = arguments.nth(1).map(PathBuf::from) {
-        draw([&trials[0], &trials[1]], &folder)?;
+        figures::bars_of(&all).write(&folder.join("balance_broad.png"))?;
+        figures::draw([&trials[0], &trials[1]], &folder)?;
+        figures::felt().write(&folder.join("balance_felt.png"))?;
     }
-    Ok(())
-}
-
-/// The range of a gyroscope that the fastest turns of trial 06 exceed, rad/s.
-const CLIPPED_AT: f64 = 14.0;
-
-/// What happens to the readings from a second of the trial on.
-#[derive(Clone, Copy)]
-enum Event {
-    None,
-    /// Nothing is read for a second.
-    Gap,
-    /// The gyroscope reads at most [`CLIPPED_AT`].
-    Clipped,
-}
-
-/// The error of inclination about the x axis of the world and its 90 % band, over the seconds since `from`, for the samples
-/// `shown`; an event begins at `from`.
-fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>) -> Vec<[f64; 4]> {
-    let mut stream = Stream::new(Settings::default());
-    let mut points = Vec::new();
-    let lasts = from..from + RATE_HZ as usize;
-    let mut aligned = None;
-    for (number, sample) in samples.iter().enumerate().take(shown.end) {
-        let is_during = lasts.contains(&number);
-        let rate = match event {
-            Event::Gap if is_during => continue,
-            Event::Clipped => sample.rate.map(|rate| rate.clamp(-CLIPPED_AT, CLIPPED_AT)),
-            _ => sample.rate,
-        };
-        let Ok(instants) = stream.feel(row_of(number, rate, sample.force)) else { continue };
-        let (Some(instant), Some([w, x, y, z])) = (instants.last(), sample.truth) else { continue };
-        let difference = rotation::product(instant.estimate.orientation, [w, -x, -y, -z]);
-        let turn = *aligned.get_or_insert(2.0 * difference[3].atan2(difference[0]));
-        let [w, x, _, _] = rotation::product(rotation::from_vector([0.0, 0.0, -turn]), difference);
-        let error = (2.0 * x * w.signum()).to_degrees();
-        let spread = stream.filter().rotation_covariance()[0][0] + stream.filter().level().powi(2);
-        let band = 1.645 * spread.max(0.0).sqrt().to_degrees();
-        if number >= shown.start && number % 7 == 0 {
-            let time = (number as f64 - from as f64) / RATE_HZ;
-            points.push([time, error, -band, band]);
-        }
-    }
-    points
-}
-
-fn draw(trials: [&[Sample]; 2], folder: &Path) -> Result<(), Box<dyn Error>> {
-    let seconds = |seconds: f64| (seconds * RATE_HZ) as usize;
-    let begin = |samples: &[Sample]| samples.iter().position(|sample| sample.truth.is_some()).unwrap_or(0);
-    let [slow, fast] = trials;
-    let clipped =
-        fast.iter().position(|sample| sample.rate.iter().any(|rate| rate.abs() > CLIPPED_AT)).unwrap_or(0);
-    let curve = |name: &str, event, from: usize| Band {
-        name: name.to_owned(),
-        points: course(fast, event, from, from - seconds(2.0).min(from)..from + seconds(6.0)),
-    };
-    let curves = [
-        curve("a gap of 1 s", Event::Gap, begin(fast) + seconds(20.0)),
-        curve("rates clipped at 14 rad/s", Event::Clipped, clipped),
-    ];
-    let title = "Trial 06: error of the inclination, and its 90 % band";
-    bands(title, ["s since the event", "degrees"], &curves).write(&folder.join("balance_events.png"))?;
-    let moving = begin(slow);
-    let points = course(slow, Event::None, moving, moving..slow.len());
-    let whole = [Band { name: "error about the x axis of the world".to_owned(), points }];
-    let title = "Trial 02: error of the inclination inside its own 90 % band";
-    bands(title, ["s since the motion began", "degrees"], &whole).write(&folder.join("balance_band.png"))?;
     Ok(())
 }
