@@ -155,11 +155,15 @@ impl Posture {
         Ok(posture)
     }
 
-    /// Processes an inertial reading; rows are in order of time. Returns the seconds since the reading before.
+    /// Processes an inertial reading; one that is not after the last is known already, and ignored. Returns the seconds since the
+    /// reading before.
     ///
     /// # Errors
     /// The program's own checks.
     pub fn feel(&mut self, row: &Inertial) -> Result<f64, Error> {
+        if self.rows > 0 && row.time <= self.time {
+            return Ok(0.0);
+        }
         self.rows += 1;
         let (rate, force) = (Some(row.angular_velocity.into()), Some(row.specific_force.into()));
         let row = Row { number: self.rows, time: row.time, rate, force };
@@ -279,6 +283,11 @@ mod tests {
         assert!(Posture::is_late(age) && posture.yaw() == before);
         assert!((posture.yaw_deviation(age) - known.hypot(0.5 * Noise::default().omega)).abs() < 1e-9);
         // The readings come back: a gap, and the deviation stays.
+        assert!(
+            posture.events().is_empty(),
+            "the rows before the first frame came twice: {:?}",
+            posture.events()
+        );
         let late = Inertial { time: end + 600_000_000, ..recording.inertial[120] };
         posture.feel(&late).unwrap();
         assert_eq!(posture.events().get("gap"), Some(&1));

@@ -43,7 +43,7 @@ enum Event {
 
 /// The error of inclination about the x axis of the world and its 90 % band, over the seconds since `from`, for the samples
 /// `shown`; an event begins at `from`.
-fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>) -> Vec<[f64; 4]> {
+fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>, every: usize) -> Vec<[f64; 4]> {
     let mut stream = Stream::new(Settings::default());
     let mut points = Vec::new();
     let lasts = from..from + RATE_HZ as usize;
@@ -63,7 +63,7 @@ fn course(samples: &[Sample], event: Event, from: usize, shown: Range<usize>) ->
         let error = (2.0 * x * w.signum()).to_degrees();
         let spread = stream.filter().rotation_covariance()[0][0] + stream.filter().level().powi(2);
         let band = 1.645 * spread.max(0.0).sqrt().to_degrees();
-        if number >= shown.start && number % 7 == 0 {
+        if number >= shown.start && number.is_multiple_of(every) {
             let time = (number as f64 - from as f64) / RATE_HZ;
             points.push([time, error, -band, band]);
         }
@@ -79,7 +79,7 @@ pub(super) fn draw(trials: [&[Sample]; 2], folder: &Path) -> Result<(), Box<dyn 
         fast.iter().position(|sample| sample.rate.iter().any(|rate| rate.abs() > CLIPPED_AT)).unwrap_or(0);
     let curve = |name: &str, event, from: usize| Band {
         name: name.to_owned(),
-        points: course(fast, event, from, from - seconds(2.0).min(from)..from + seconds(6.0)),
+        points: course(fast, event, from, from - seconds(2.0).min(from)..from + seconds(6.0), 7),
     };
     let curves = [
         curve("a gap of 1 s", Event::Gap, begin(fast) + seconds(20.0)),
@@ -88,7 +88,7 @@ pub(super) fn draw(trials: [&[Sample]; 2], folder: &Path) -> Result<(), Box<dyn 
     let title = "Trial 06: error of the inclination, and its 90 % band";
     bands(title, ["s since the event", "degrees"], &curves).write(&folder.join("balance_events.png"))?;
     let moving = begin(slow);
-    let points = course(slow, Event::None, moving, moving..slow.len());
+    let points = course(slow, Event::None, moving, moving..slow.len(), 57);
     let whole = [Band { name: "error about the x axis of the world".to_owned(), points }];
     let title = "Trial 02: error of the inclination inside its own 90 % band";
     bands(title, ["s since the motion began", "degrees"], &whole).write(&folder.join("balance_band.png"))?;
@@ -148,7 +148,7 @@ pub(super) fn felt() -> Picture {
         Line { name: name.to_owned(), points: points.collect() }
     };
     let tilted = [tilt("0.2 g", 0.2), tilt("0.5 g", 0.5), tilt("1 g", 1.0)];
-    let limits = [[[0.0, 90.0], [-32.0, 32.0]], [[-1.0, 7.0], [-2.0, 50.0]]];
+    let limits = [[[0.0, 90.0], [-32.0, 32.0]], [[-1.0, 7.0], [-2.0, 55.0]]];
     Picture::stacked(&[
         lines("A rotation at 30 degrees/s for a minute", ["s", "felt rate (degrees/s)"], limits[0], &turned),
         lines("A long acceleration is felt as a tilt", ["s", "felt tilt (degrees)"], limits[1], &tilted),

@@ -50,7 +50,10 @@ pub fn bands(title: &str, names: [&str; 2], curves: &[Band]) -> Picture {
         for (curve, colour) in curves.iter().zip(CURVES.iter().cycle()) {
             let points = curve.points.iter().filter(|point| point.iter().all(|x| x.is_finite()));
             let line: Vec<_> = points.map(|point| frame.pixel(point[0], point[1])).collect();
-            canvas.draw(&PathElement::new(line, colour.stroke_width(5)))?;
+            // One element a segment: the corners of a path would reach far beyond its points where it turns sharply.
+            for pair in line.windows(2) {
+                canvas.draw(&PathElement::new(pair, colour.stroke_width(5)))?;
+            }
         }
         frame.axes(canvas, names, &ticks(frame.across), &ticks(frame.upwards), "")?;
         frame.title(canvas, title)?;

@@ -52,7 +52,13 @@ pub fn bars(title: &str, quantity: &str, groups: &[&str], series: &[Bars]) -> Pi
                 above.write(canvas, &short(*value), ((from.0 + to.0) / 2, from.1 - 6))?;
             }
         }
-        frame.axes(canvas, ["", quantity], &[], &[], "")?;
+        frame.axes(canvas, ["", ""], &[], &[], "")?;
+        let [left, top, _, bottom] = frame.pixels;
+        Text::new(TEXT, HPos::Center, VPos::Bottom).turned().write(
+            canvas,
+            quantity,
+            (left - 110, (top + bottom) / 2),
+        )?;
         let below = Text::new(TEXT, HPos::Center, VPos::Top);
         for (group, name) in groups.iter().enumerate() {
             let (x, y) = frame.pixel(group as f64 + 0.5, low);
