@@ -202,7 +202,10 @@ fn source(step: &Step, interface: &Interface<'_>, key: Option<&InputKey>) -> Sou
         }
         Some(InputKey::Value(variable, _)) if is_absent(variable) => Source::Observed(*variable),
         Some(InputKey::Parameter(id)) => match step.absent.iter().find(|(_, flag)| flag == id) {
-            Some((variable, _)) => Source::Whether(interface.field_of(*variable)),
+            Some((variable, _)) => {
+                let field = interface.field_of(*variable).map(str::to_owned);
+                field.map_or(Source::Plain, Source::Whether)
+            }
             None => Source::Plain,
         },
         _ => Source::Plain,

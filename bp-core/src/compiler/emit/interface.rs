@@ -138,9 +138,8 @@ impl<'k> Interface<'k> {
                     }
                     None => Given::Slice(naming.input(key, &input_name(&buffer.name))),
                 },
-                Role::Table { .. } | Role::Scratch | Role::Output(_) => {
-                    unreachable!("internal: the host gives inputs and positions")
-                }
+                // The host gives none of these.
+                Role::Table { .. } | Role::Scratch | Role::Output(_) => continue,
             };
             interface.inputs.push((id, given));
         }
@@ -182,12 +181,12 @@ impl<'k> Interface<'k> {
         self.inputs.iter().any(|(_, given)| matches!(given, Given::Part(..)))
     }
 
-    /// The field of the values of a variable.
-    pub(super) fn field_of(&self, variable: VariableId) -> String {
+    /// The field of the values of a variable, if it has one.
+    pub(super) fn field_of(&self, variable: VariableId) -> Option<&str> {
         let is_its = |(id, _): &&(BufferId, Given)| matches!(self.kernel.buffers[*id].role.input(), Some(InputKey::Value(own, _)) if *own == variable);
-        match self.inputs.iter().find(is_its) {
-            Some((_, Given::Number(field) | Given::Slice(field))) => field.clone(),
-            _ => unreachable!("internal: an observation that may be absent has a value"),
+        match &self.inputs.iter().find(is_its)?.1 {
+            Given::Number(field) | Given::Slice(field) => Some(field),
+            Given::Derived(_) | Given::Part(..) => None,
         }
     }
 

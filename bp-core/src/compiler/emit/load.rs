@@ -8,6 +8,15 @@ use crate::ids::{AxisId, BufferId, ValueId};
 use crate::kernel::{Index, Node, Role};
 use crate::loops::{Element, Expression, Grain, Kind, Of, Operation, Statement, Type};
 
+/// A load whose lanes are fetched.
+#[derive(Clone, Copy)]
+pub(super) struct Load<'k> {
+    pub(super) value: ValueId,
+    pub(super) buffer: BufferId,
+    pub(super) indices: &'k [Index],
+    pub(super) otherwise: Option<ValueId>,
+}
+
 impl Nests<'_> {
     /// Whether this group computes a buffer.
     fn is_own(&self, buffer: BufferId) -> bool {
@@ -95,16 +104,14 @@ impl Nests<'_> {
     }
 
     /// The location of the lanes of a load; loads that are not contiguous are copied, from `slot` of its copies on.
-    pub(super) fn fetch(&self, value: ValueId, slot: &Expression, grain: Grain) -> Vec<Statement> {
-        let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else {
-            unreachable!("internal: only loads are fetched")
-        };
-        let source = Expression::from(Of::Array(*buffer));
-        let (inside, offset) = self.offset(*buffer, indices, true);
-        let broadcast = matches!(self.kernel.buffers[*buffer].role, Role::Input { broadcast: true, .. });
+    pub(super) fn fetch(&self, load: Load<'_>, slot: &Expression, grain: Grain) -> Vec<Statement> {
+        let Load { value, buffer, indices, otherwise } = load;
+        let source = Expression::from(Of::Array(buffer));
+        let (inside, offset) = self.offset(buffer, indices, true);
+        let broadcast = matches!(self.kernel.buffers[buffer].role, Role::Input { broadcast: true, .. });
         let lane = self.kernel.parallel.last().copied();
         let along =
-            indices.iter().zip(&self.kernel.buffers[*buffer].axes).find_map(|(index, axis)| match index {
+            indices.iter().zip(&self.kernel.buffers[buffer].axes).find_map(|(index, axis)| match index {
                 Index::Axis(running) if Some(*running) == lane => Some((None, *axis)),
                 Index::Turned { axis: running, by, wraps } if Some(*running) == lane => {
                     Some((Some((by, wraps)), *axis))
@@ -114,8 +121,8 @@ impl Nests<'_> {
         let others = self.other_lanes(value).map(|(other, buffer)| self.lanes_at(other, buffer));
         let fill = match (otherwise, others) {
             (_, Some(others)) => others,
-            (Some(otherwise), _) if !self.varies(*otherwise) => {
-                Operation::OneFor.of([Of::Splat(*otherwise).into()])
+            (Some(otherwise), _) if !self.varies(otherwise) => {
+                Operation::OneFor.of([Of::Splat(otherwise).into()])
             }
             _ => Operation::OneFor.of([Operation::Zero.alone()]),
         };
@@ -126,7 +133,7 @@ impl Nests<'_> {
         let side_by_side =
             Operation::Fetch.of([copies.clone(), slot.clone(), source.clone(), offset.clone()]);
         let fetched = match along {
-            _ if self.is_own(*buffer) => Operation::PlaceAt.of([offset]),
+            _ if self.is_own(buffer) => Operation::PlaceAt.of([offset]),
             Some((Some((by, wraps)), axis)) => {
                 let from = Of::From(value);
                 let start = Operation::StartPlus.of([self.whole(*by)]);
@@ -139,10 +146,10 @@ impl Nests<'_> {
             Some((None, _)) if broadcast => {
                 let number = Operation::Element(Kind::Lane, Element::Number);
                 let number = number.of([source, offset]);
-                Operation::IfWhole.of([Of::IsWhole(*buffer).into(), side_by_side, splat(number)])
+                Operation::IfWhole.of([Of::IsWhole(buffer).into(), side_by_side, splat(number)])
             }
             Some((None, _)) => side_by_side,
-            None => splat(self.cell(*buffer, offset)),
+            None => splat(self.cell(buffer, offset)),
         };
         let place = |place: Expression| Statement::Let(Of::Place(value).into(), Type::Place, place);
         let is_one = |inside: Expression| Statement::Let(Of::Inside(value).into(), Type::Truth, inside);

@@ -5,6 +5,7 @@
 
 use super::blocks::{Blocks, Room};
 use super::fused::Item;
+use super::load::Load;
 use super::names::local;
 use super::print;
 use super::question::room;
@@ -104,9 +105,14 @@ impl<'k> Nests<'k> {
         self.group.parallel && self.schedule.is_varying(value)
     }
 
-    /// Loads whose lanes are contiguous or equal: fetched before the loop over lanes.
+    /// Whether a value is a load whose lanes are contiguous or equal: fetched before the loop over lanes.
     pub(super) fn is_fetched(&self, value: ValueId) -> bool {
-        let Node::Load { buffer, indices, .. } = &self.kernel.nodes[value] else { return false };
+        self.fetched(value).is_some()
+    }
+
+    /// The load of a value that is fetched.
+    pub(super) fn fetched(&self, value: ValueId) -> Option<Load<'k>> {
+        let Node::Load { buffer, indices, otherwise } = &self.kernel.nodes[value] else { return None };
         let Buffer { role, axes, .. } = &self.kernel.buffers[*buffer];
         let lane = self.kernel.parallel.last();
         let is_lane = |index: &Index| match index {
@@ -123,7 +129,8 @@ impl<'k> Nests<'k> {
             }
             None => true,
         };
-        self.varies(value) && !is_found && stand
+        let load = Load { value, buffer: *buffer, indices, otherwise: *otherwise };
+        (self.varies(value) && !is_found && stand).then_some(load)
     }
 
     fn nest(&mut self, loops: &Loops, shared: &[BufferId]) -> Vec<Statement> {
@@ -248,13 +255,10 @@ impl<'k> Nests<'k> {
                 made.push(self.splat(*value));
             }
         }
-        for value in values.iter().filter(|value| self.is_fetched(**value)) {
-            made.extend(self.fetch(*value, &Operation::Count(0).alone(), Grain::Block));
-            let Node::Load { buffer, .. } = &self.kernel.nodes[*value] else {
-                unreachable!("internal: only loads are fetched")
-            };
-            let lanes = self.lanes_at(*value, *buffer);
-            made.push(Statement::Let(Of::Fetched(*value).into(), Type::Lanes, lanes));
+        for load in values.iter().filter_map(|value| self.fetched(*value)) {
+            made.extend(self.fetch(load, &Operation::Count(0).alone(), Grain::Block));
+            let lanes = self.lanes_at(load.value, load.buffer);
+            made.push(Statement::Let(Of::Fetched(load.value).into(), Type::Lanes, lanes));
         }
         let computed: Vec<ValueId> =
             values.iter().copied().filter(|value| self.varies(*value) && !self.is_fetched(*value)).collect();

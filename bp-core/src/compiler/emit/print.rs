@@ -5,7 +5,7 @@
 //! `t` uniform numbers in the type of the lanes, `r` fetched lanes, `a` lanes computed at an outer depth, `x` one lane.
 
 use super::text::Text;
-use super::value::{arithmetic, constant, function};
+use super::value::{arithmetic, constant, unary};
 use crate::ids::{AxisId, Id};
 use crate::kernel::Fold;
 use crate::loops::{
@@ -78,11 +78,10 @@ pub(super) fn expression(it: &Expression) -> String {
             format!("T::from_f64({})", constant(f64::from_bits(*bits)))
         }
         (Operation::Unary(Kind::Once, Unary::Not), [x]) => format!("1.0 - {x}"),
-        (Operation::Unary(Kind::Lane, Unary::Not), [x]) => format!("T::ONE - {x}"),
-        (Operation::Unary(_, Unary::Negate), [x]) => format!("-{x}"),
+        (Operation::Unary(Kind::Once, Unary::Negate), [x]) => format!("-{x}"),
         // These functions have the same results on every processor, and are slow without instruction selection.
         (Operation::Unary(Kind::Once, operator), [x]) => format!("Unary::{operator:?}.apply({x})"),
-        (Operation::Unary(Kind::Lane, operator), [x]) => format!("Scalar::{}({x})", function(*operator)),
+        (Operation::Unary(Kind::Lane, operator), [x]) => unary(*operator, x),
         (Operation::Binary(of, operator), [x, y]) => arithmetic(*operator, x, y, kind(*of).0, kind(*of).1),
         (Operation::Select(of), [condition, then, otherwise]) => {
             format!("if {condition} != {} {{ {then} }} else {{ {otherwise} }}", kind(*of).1)

@@ -9,7 +9,7 @@ use super::interface::{Given, Interface};
 use super::names::local;
 use super::naming::Naming;
 use super::nest::Nests;
-use super::straight::{is_number, numbers_once};
+use super::straight::{numbers, numbers_once};
 use super::text::{Text, in_a_comment};
 use super::uniform::with_uniform_conditions;
 use super::values::Enums;
@@ -93,10 +93,10 @@ pub(super) fn computation(
     let mut next = 0;
     while let Some(group) = schedule.groups.get(next) {
         let rest = &schedule.groups[next..];
-        let numbers = rest.iter().take_while(|group| is_number(kernel, group)).count();
+        let numbers = numbers(kernel, rest);
         next += numbers.max(1);
         match (numbers, group.parallel) {
-            (2.., _) => numbers_once(kernel, &schedule, &rest[..numbers], is_linear, text),
+            (2.., _) => numbers_once(kernel, &schedule, rest, is_linear, text),
             (_, true) => {
                 rooms(kernel, &schedule, group, text);
                 let usual =

@@ -9,19 +9,26 @@ use super::print;
 use super::question::room;
 use super::text::Text;
 use crate::ids::ValueId;
-use crate::kernel::schedule::{Group, Schedule};
+use crate::kernel::schedule::{Group, Loops, Schedule};
 use crate::kernel::{Kernel, Reduce};
 use crate::loops::{Local, Of, Statement, validate};
 use std::collections::HashSet;
 
-/// Whether a group computes one number.
-pub(super) fn is_number(kernel: &Kernel, group: &Group) -> bool {
-    let [nest] = group.nests.as_slice() else { return false };
-    let nest = &kernel.nests[nest.nest];
-    !group.parallel && nest.reduce == Reduce::None && kernel.buffers[nest.out].axes.is_empty()
+/// The loops of a group that computes one number.
+fn of_number<'g>(kernel: &Kernel, group: &'g Group) -> Option<&'g Loops> {
+    let [loops] = group.nests.as_slice() else { return None };
+    let nest = &kernel.nests[loops.nest];
+    let is_number =
+        !group.parallel && nest.reduce == Reduce::None && kernel.buffers[nest.out].axes.is_empty();
+    is_number.then_some(loops)
 }
 
-/// Writes groups of one number each.
+/// How many of the first groups compute one number each.
+pub(super) fn numbers(kernel: &Kernel, groups: &[Group]) -> usize {
+    groups.iter().take_while(|group| of_number(kernel, group).is_some()).count()
+}
+
+/// Writes the first groups, as long as they compute one number each.
 pub(super) fn numbers_once(
     kernel: &Kernel,
     schedule: &Schedule,
@@ -31,8 +38,8 @@ pub(super) fn numbers_once(
 ) {
     let mut known: HashSet<ValueId> = HashSet::new();
     for group in groups {
+        let Some(nest) = of_number(kernel, group) else { return };
         let nests = Nests::new(kernel, schedule, group, is_linear);
-        let [nest] = group.nests.as_slice() else { unreachable!("internal: one number") };
         let (out, value) = (kernel.nests[nest.nest].out, kernel.nests[nest.nest].value);
         room(kernel, out, text);
         let before: Vec<Local> =

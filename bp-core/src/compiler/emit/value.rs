@@ -157,8 +157,11 @@ pub(super) fn constant(number: f64) -> String {
     }
 }
 
-pub(super) fn function(operator: Unary) -> &'static str {
-    match operator {
+/// An operator of a number of the lanes.
+pub(super) fn unary(operator: Unary, x: &str) -> String {
+    let function = match operator {
+        Unary::Not => return format!("T::ONE - {x}"),
+        Unary::Negate => return format!("-{x}"),
         Unary::Absolute => "absolute",
         Unary::Exponential => "exponential",
         Unary::NaturalLogarithm => "natural_logarithm",
@@ -173,8 +176,8 @@ pub(super) fn function(operator: Unary) -> &'static str {
         Unary::LnBessel => "ln_bessel",
         Unary::NormalCumulative => "normal_cumulative",
         Unary::EntropyTerm => "entropy_term",
-        Unary::Negate | Unary::Not => unreachable!("internal: written as operators"),
-    }
+    };
+    format!("Scalar::{function}({x})")
 }
 
 pub(super) fn arithmetic(operator: Binary, left: &str, right: &str, kind: &str, zero: &str) -> String {

@@ -8,8 +8,8 @@ use super::blocks::Room;
 use super::fused::{Fused, Run, choices, values, written_out};
 use super::nest::{Nests, folded};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
+use crate::kernel::Check;
 use crate::kernel::schedule::Loops;
-use crate::kernel::{Check, Node};
 use crate::loops::{Expression, Grain, Kind, Lanes, Local, Of, Operation, Statement, Target, Type};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -177,25 +177,24 @@ impl Nests<'_> {
             if inside {
                 parts.numbers.push(copy.clone());
             }
-        } else if let (Node::Load { buffer, indices, .. }, true) =
-            (&self.kernel.nodes[value], self.is_fetched(value))
-        {
-            if fused.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == *buffer) {
-                let axes = self.kernel.buffers[*buffer].axes.iter().copied();
-                let cell = Local::new(Of::Cell(*buffer), &self.copy(axes, choice));
+        } else if let Some(load) = self.fetched(value) {
+            let buffer = load.buffer;
+            if fused.nests.iter().any(|nest| self.kernel.nests[nest.nest].out == buffer) {
+                let axes = self.kernel.buffers[buffer].axes.iter().copied();
+                let cell = Local::new(Of::Cell(buffer), &self.copy(axes, choice));
                 parts.lanes.push(lane(cell.into()));
                 return;
             }
             parts.lanes.push(lane(Operation::LaneOf(local(Of::Fetched, &copy)).alone()));
-            if self.is_made_in(run, *buffer) {
-                let plane = self.instance(&self.planes(*buffer, indices), choice);
-                let kept = Operation::Kept.of([Operation::At(Of::Tiles(*buffer).into()).of([plane])]);
+            if self.is_made_in(run, buffer) {
+                let plane = self.instance(&self.planes(buffer, load.indices), choice);
+                let kept = Operation::Kept.of([Operation::At(Of::Tiles(buffer).into()).of([plane])]);
                 parts.fetched.push((copy, inside, Origin::Kept(kept)));
                 return;
             }
             let grain = if inside { Grain::Tile } else { Grain::Block };
-            made = self.fetch(value, &slot(fused.axis.filter(|_| inside)), grain);
-            let source = self.source(*buffer);
+            made = self.fetch(load, &slot(fused.axis.filter(|_| inside)), grain);
+            let source = self.source(buffer);
             parts.fetched.push((copy.clone(), inside, Origin::Array(source.clone())));
             if !inside && !known.contains(&copy) {
                 let [place, copies] =

@@ -3,7 +3,7 @@
 //! In: operands, each one number for all lanes or one for each. Out: lanes. Invariant: each lane is the result of
 //! [`Scalar`] for its operands, with any instruction set: each operator is one tight loop, compiled for each of them.
 
-use super::code::{Operand, Work};
+use super::code::{Comparison, Computed, Operand};
 use crate::exec::scalar::Scalar;
 use crate::kernel::Fold;
 use crate::operators::{Binary, Unary};
@@ -36,34 +36,30 @@ impl<T: Copy> Lane<'_, T> {
 #[inline(always)]
 pub(super) fn run<'l, T: Scalar>(
     out: &mut [T],
-    work: &Work<Operand>,
+    computed: &Computed<Operand>,
     lanes: impl Fn(&Operand) -> Lane<'l, T>,
 ) {
-    match work {
-        Work::Unary(operator, a) => unary(*operator, out, lanes(a)),
-        Work::Binary(operator, a, b) => binary(*operator, out, lanes(a), lanes(b)),
-        Work::Select(a, b, c) => select(out, lanes(a), lanes(b), lanes(c)),
-        Work::Mass(law, operands) => {
+    match computed {
+        Computed::Unary(operator, a) => unary(*operator, out, lanes(a)),
+        Computed::Binary(operator, a, b) => binary(*operator, out, lanes(a), lanes(b)),
+        Computed::Select(a, b, c) => select(out, lanes(a), lanes(b), lanes(c)),
+        Computed::Mass(law, operands) => {
             let operands = operands.map(|operand| lanes(&operand));
             for (lane, out) in out.iter_mut().enumerate() {
                 *out = T::mass(*law, operands.map(|operand| operand.at(lane)));
             }
         }
-        Work::Choose(operator, a, b, c, d) => {
+        Computed::Choose(comparison, a, b, c, d) => {
             let operands = [lanes(a), lanes(b), lanes(c), lanes(d)];
-            match operator {
-                Binary::Greater => four(out, operands, |x, y, a, b| either(x > y, a, b)),
-                Binary::NotEqual => four(out, operands, |x, y, a, b| either(x != y, a, b)),
-                _ => unreachable!("internal: nothing is chosen by {operator:?}"),
+            match comparison {
+                Comparison::Greater => four(out, operands, |x, y, a, b| either(x > y, a, b)),
+                Comparison::NotEqual => four(out, operands, |x, y, a, b| either(x != y, a, b)),
             }
         }
-        Work::Product(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| (a * b) * c),
-        Work::AddProduct(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| a + b * c),
-        Work::Mixture(a, b, c, d) => {
+        Computed::Product(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| (a * b) * c),
+        Computed::AddProduct(a, b, c) => three(out, lanes(a), lanes(b), lanes(c), |a, b, c| a + b * c),
+        Computed::Mixture(a, b, c, d) => {
             four(out, [lanes(a), lanes(b), lanes(c), lanes(d)], |a, b, c, d| a * b + c * d);
-        }
-        Work::Pattern(_) | Work::Fetch(..) | Work::Gather(..) | Work::Kept(_) => {
-            unreachable!("internal: this is no arithmetic")
         }
     }
 }

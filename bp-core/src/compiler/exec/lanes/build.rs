@@ -3,7 +3,7 @@
 //! In: the nests of a pass, the kinds of its axes, all extents. Out: values and actions ([`Built`]). Invariant: each
 //! cell's arithmetic has the order of the schedule's loops.
 
-use super::code::{Loop, Numeric, Planes, Target, Term, Work};
+use super::code::{Loop, Numeric, Planes, Target, Term};
 use super::shape::{Action, Built, Doing, Known, Shape};
 use super::values::{Value, Values};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
@@ -209,7 +209,7 @@ impl<'k> Builder<'k> {
                 let mut state = self.at[initial.position()];
                 if looped {
                     self.doing.begin.push(Action::Keep(self.kept, state));
-                    state = self.values.lanes(Work::Kept(self.kept));
+                    state = Value::Kept(self.kept);
                     self.kept += 1;
                 }
                 self.through(*axis, *backward, &mut |builder| {
@@ -229,7 +229,7 @@ impl<'k> Builder<'k> {
 
     /// Stores a state for the next step of the loops, unless it is unchanged (a sum of zeros).
     fn keep(&mut self, kept: usize, state: Value) {
-        if state != self.values.lanes(Work::Kept(kept)) {
+        if state != Value::Kept(kept) {
             self.doing.each.push(Action::Keep(kept, state));
         }
     }
@@ -243,7 +243,7 @@ impl<'k> Builder<'k> {
         if looped || self.shape.folded {
             self.kept += 1;
             self.doing.begin.push(Action::Keep(kept, start));
-            folded = self.values.lanes(Work::Kept(kept));
+            folded = Value::Kept(kept);
         }
         let whole = folded;
         self.inside(loops, depth, fold, kept, &mut folded);
@@ -299,9 +299,7 @@ impl<'k> Builder<'k> {
             match self.running[axis.position()] {
                 Running::At(at) => base += at * stride,
                 _ => {
-                    let Value::Number(number) = self.values.number(Numeric::Counter(axis.position())) else {
-                        unreachable!("internal: a counter is a number")
-                    };
+                    let number = self.values.number_of(Numeric::Counter(axis.position()));
                     terms.push(Term { number, stride, extent });
                 }
             }

@@ -28,10 +28,10 @@ pub(super) struct Term {
     pub(super) extent: usize,
 }
 
-/// A cell of a buffer: a constant offset, and terms.
+/// A cell: of a source of lanes, or of a buffer in memory; a constant offset, and terms.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub(super) struct Address {
-    pub(super) source: Source,
+pub(super) struct Address<S> {
+    pub(super) source: S,
     pub(super) base: usize,
     pub(super) terms: Vec<Term>,
 }
@@ -47,7 +47,7 @@ pub(super) enum Numeric {
     Select(usize, usize, usize),
     Mass(Mass, [usize; OPERANDS]),
     /// A cell, or the other number if it is out of range.
-    Load(Address, Option<usize>),
+    Load(Address<BufferId>, Option<usize>),
     /// Its value after storing in a buffer.
     Stored(usize),
 }
@@ -82,7 +82,7 @@ pub(super) enum Along {
 /// Lanes that are read in place.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) struct Place {
-    pub(super) address: Address,
+    pub(super) address: Address<Source>,
     pub(super) along: Along,
     /// The value out of range.
     pub(super) otherwise: Option<usize>,
@@ -106,52 +106,83 @@ pub(super) enum Operand {
     Place(usize),
 }
 
-/// The computation of a block of lanes; `O` is the type of operands.
+/// What gives a block of lanes; `O` is the type of operands.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub(super) enum Work<O> {
-    /// The numbers of a pattern.
-    Pattern(usize),
+    Computed(Computed<O>),
+    Read(Read<O>),
+}
+
+/// The comparison of a choice.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Comparison {
+    Greater,
+    NotEqual,
+}
+
+impl Comparison {
+    /// The comparison of an operator, if choices are made by it.
+    pub(super) fn of(operator: Binary) -> Option<Self> {
+        match operator {
+            Binary::Greater => Some(Comparison::Greater),
+            Binary::NotEqual => Some(Comparison::NotEqual),
+            _ => None,
+        }
+    }
+}
+
+/// The computation of a block of lanes from others.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Computed<O> {
     Unary(Unary, O),
     Binary(Binary, O, O),
     Select(O, O, O),
     Mass(Mass, [O; OPERANDS]),
     /// The third operand where a comparison of the first two holds, else the fourth.
-    Choose(Binary, O, O, O, O),
+    Choose(Comparison, O, O, O, O),
     /// (a · b) · c
     Product(O, O, O),
     /// a · b + c · d
     Mixture(O, O, O, O),
     /// a + b · c
     AddProduct(O, O, O),
+}
+
+/// A block of lanes that is read.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub(super) enum Read<O> {
+    /// The numbers of a pattern.
+    Pattern(usize),
     /// A place that is copied: because of values out of range, or of its pattern.
     Fetch(usize, Option<O>),
     /// Cells that are located lane by lane: index, stride and extent of each axis; and the value out of range.
     Gather(Source, Box<[(O, usize, usize)]>, Option<O>),
-    /// The state of a reduction.
-    Kept(usize),
 }
 
 impl<O: Copy> Work<O> {
     /// With other operands.
     pub(super) fn map<P>(&self, mut name: impl FnMut(O) -> P) -> Work<P> {
         match self {
-            Work::Pattern(pattern) => Work::Pattern(*pattern),
-            Work::Unary(operator, a) => Work::Unary(*operator, name(*a)),
-            Work::Binary(operator, a, b) => Work::Binary(*operator, name(*a), name(*b)),
-            Work::Select(a, b, c) => Work::Select(name(*a), name(*b), name(*c)),
-            Work::Mass(law, operands) => Work::Mass(*law, operands.map(name)),
-            Work::Choose(operator, a, b, c, d) => {
-                Work::Choose(*operator, name(*a), name(*b), name(*c), name(*d))
-            }
-            Work::Product(a, b, c) => Work::Product(name(*a), name(*b), name(*c)),
-            Work::Mixture(a, b, c, d) => Work::Mixture(name(*a), name(*b), name(*c), name(*d)),
-            Work::AddProduct(a, b, c) => Work::AddProduct(name(*a), name(*b), name(*c)),
-            Work::Fetch(place, other) => Work::Fetch(*place, other.map(name)),
-            Work::Gather(source, terms, other) => {
-                let terms = terms.iter().map(|(index, stride, extent)| (name(*index), *stride, *extent));
-                Work::Gather(*source, terms.collect(), other.map(&mut name))
-            }
-            Work::Kept(kept) => Work::Kept(*kept),
+            Work::Computed(computed) => Work::Computed(match computed {
+                Computed::Unary(operator, a) => Computed::Unary(*operator, name(*a)),
+                Computed::Binary(operator, a, b) => Computed::Binary(*operator, name(*a), name(*b)),
+                Computed::Select(a, b, c) => Computed::Select(name(*a), name(*b), name(*c)),
+                Computed::Mass(law, operands) => Computed::Mass(*law, operands.map(name)),
+                Computed::Choose(comparison, a, b, c, d) => {
+                    Computed::Choose(*comparison, name(*a), name(*b), name(*c), name(*d))
+                }
+                Computed::Product(a, b, c) => Computed::Product(name(*a), name(*b), name(*c)),
+                Computed::Mixture(a, b, c, d) => Computed::Mixture(name(*a), name(*b), name(*c), name(*d)),
+                Computed::AddProduct(a, b, c) => Computed::AddProduct(name(*a), name(*b), name(*c)),
+            }),
+            Work::Read(read) => Work::Read(match read {
+                Read::Pattern(pattern) => Read::Pattern(*pattern),
+                Read::Fetch(place, other) => Read::Fetch(*place, other.map(name)),
+                Read::Gather(source, terms, other) => {
+                    let terms = terms.iter().map(|(index, stride, extent)| (name(*index), *stride, *extent));
+                    Read::Gather(*source, terms.collect(), other.map(&mut name))
+                }
+            }),
         }
     }
 
@@ -170,8 +201,8 @@ pub(super) enum Planes {
 
 /// The target of a block: one of some planes.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Target {
-    pub(super) planes: Planes,
+pub(super) struct Target<P = Planes> {
+    pub(super) planes: P,
     pub(super) base: usize,
     pub(super) terms: Vec<Term>,
 }
@@ -180,8 +211,8 @@ pub(super) struct Target {
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Instruction {
     Set(usize, Work<Operand>),
-    /// Computed in its target.
-    Write(Target, Work<Operand>),
+    /// Computed in its target, planes of the results of the pass.
+    Write(Target<usize>, Work<Operand>),
     Store(Target, Operand),
     Keep(usize, Operand),
     /// The first lane of a slot accumulates all lanes, one after the other.

@@ -3,7 +3,9 @@
 //! In: a [`Built`] pass. Out: a [`Pass`]. Invariant: a slot of the innermost level is reused after the last read of its
 //! lanes; other slots are not. Fused arithmetic has the order of its parts.
 
-use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Stage, Work};
+use super::code::{
+    Code, Comparison, Computed, Instruction, Numeric, Operand, Pass, Planes, Read, Stage, Target, Work,
+};
 use super::shape::{Action, Built, Doing, Shape};
 use super::values::Value;
 use crate::ids::{AxisId, Id};
@@ -80,32 +82,34 @@ impl Layout {
         let count = self.uses();
         let all = &mut self.built.values.lanes.all;
         for at in 0..all.len() {
-            if let (Work::Select(Value::Lanes(condition), then, otherwise), level) = all[at]
+            if let (Work::Computed(Computed::Select(Value::Lanes(condition), then, otherwise)), level) =
+                all[at]
                 && count[condition] == 1
                 && all[condition].1 == level
-                && let Work::Binary(operator @ (Binary::Greater | Binary::NotEqual), x, y) = all[condition].0
+                && let Work::Computed(Computed::Binary(operator, x, y)) = all[condition].0
+                && let Some(comparison) = Comparison::of(operator)
                 && ![x, then, otherwise].iter().any(|operand| matches!(operand, Value::Number(_)))
             {
-                all[at].0 = Work::Choose(operator, x, y, then, otherwise);
+                all[at].0 = Work::Computed(Computed::Choose(comparison, x, y, then, otherwise));
                 continue;
             }
-            let (Work::Binary(operator, a, b), level) = &all[at] else { continue };
+            let (Work::Computed(Computed::Binary(operator, a, b)), level) = &all[at] else { continue };
             let product = |value: &Value| match value {
                 Value::Lanes(of) if count[*of] == 1 && all[*of].1 == *level => match all[*of].0 {
-                    Work::Binary(Binary::Multiply, x, y) => Some((x, y)),
+                    Work::Computed(Computed::Binary(Binary::Multiply, x, y)) => Some((x, y)),
                     _ => None,
                 },
                 _ => None,
             };
             let fused = match (operator, product(a), product(b)) {
-                (Binary::Add, Some((a, b)), Some((c, d))) => Work::Mixture(a, b, c, d),
-                (Binary::Add, None, Some((c, d))) => Work::AddProduct(*a, c, d),
-                (Binary::Add, Some((c, d)), None) => Work::AddProduct(*b, c, d),
-                (Binary::Multiply, Some((x, y)), _) => Work::Product(x, y, *b),
-                (Binary::Multiply, None, Some((x, y))) => Work::Product(x, y, *a),
+                (Binary::Add, Some((a, b)), Some((c, d))) => Computed::Mixture(a, b, c, d),
+                (Binary::Add, None, Some((c, d))) => Computed::AddProduct(*a, c, d),
+                (Binary::Add, Some((c, d)), None) => Computed::AddProduct(*b, c, d),
+                (Binary::Multiply, Some((x, y)), _) => Computed::Product(x, y, *b),
+                (Binary::Multiply, None, Some((x, y))) => Computed::Product(x, y, *a),
                 _ => continue,
             };
-            all[at].0 = fused;
+            all[at].0 = Work::Computed(fused);
         }
     }
 
@@ -144,7 +148,7 @@ impl Layout {
         let need = |needs: &mut Needs, value: Value| match value {
             Value::Number(number) => needs.numbers[number] = true,
             Value::Place(place) => needs.places[place] = true,
-            Value::Lanes(_) => {}
+            Value::Lanes(_) | Value::Kept(_) => {}
         };
         let mut targets = Vec::new();
         for doing in &self.built.stages {
@@ -169,7 +173,7 @@ impl Layout {
                     needs.lasting[of] |= lanes[of].1 != *level;
                 }
             });
-            if let Work::Fetch(place, _) = work {
+            if let Work::Read(Read::Fetch(place, _)) = work {
                 let place = &values.places.all[*place].0;
                 place.numbers(|number| needs.numbers[number] = true);
             }
@@ -190,10 +194,8 @@ impl Layout {
         match value {
             Value::Number(number) => Operand::Number(number),
             Value::Place(place) => Operand::Place(place),
-            Value::Lanes(at) => match self.built.values.lanes.all[at].0 {
-                Work::Kept(kept) => Operand::Slot(kept),
-                _ => Operand::Slot(self.slot[at]),
-            },
+            Value::Lanes(at) => Operand::Slot(self.slot[at]),
+            Value::Kept(kept) => Operand::Slot(kept),
         }
     }
 
@@ -223,7 +225,7 @@ impl Layout {
         let mut instructions = Vec::new();
         for at in lanes {
             let (work, own) = &self.built.values.lanes.all[at];
-            if self.needs.lanes[at] > 0 && *own == level && !matches!(work, Work::Kept(_)) {
+            if self.needs.lanes[at] > 0 && *own == level {
                 let work = work.map(|value| self.operand(value));
                 self.slots += 1;
                 self.slot[at] = self.slots - 1;
@@ -263,8 +265,8 @@ impl Layout {
     /// The instructions of the innermost level, whose slots are reused.
     fn innermost(&mut self, doing: &Doing, level: usize) -> Vec<Instruction> {
         let is_own = |layout: &Self, at: usize| {
-            let (work, own) = &layout.built.values.lanes.all[at];
-            layout.needs.lanes[at] > 0 && *own == level && !matches!(work, Work::Kept(_))
+            let (_, own) = &layout.built.values.lanes.all[at];
+            layout.needs.lanes[at] > 0 && *own == level
         };
         // A value that is only stored is computed in its target.
         let mut stored = std::collections::HashMap::new();
@@ -272,8 +274,9 @@ impl Layout {
         for (_, action) in &doing.inside {
             if let Action::Store(target, Value::Lanes(at)) = action {
                 let alone = self.needs.lanes[*at] == 1 && doing.lanes.contains(at) && is_own(self, *at);
-                if alone && matches!(target.planes, Planes::Made(_)) {
-                    stored.insert(*at, target.clone());
+                if let (true, Planes::Made(planes)) = (alone, target.planes) {
+                    let Target { base, terms, .. } = target.clone();
+                    stored.insert(*at, Target { planes, base, terms });
                 }
             }
         }

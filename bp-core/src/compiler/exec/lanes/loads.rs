@@ -4,7 +4,7 @@
 //! computed once, or are located one by one.
 
 use super::build::{Builder, Running};
-use super::code::{Address, Along, Numeric, Place, Source, Term, Work};
+use super::code::{Address, Along, Numeric, Place, Read, Source, Term};
 use super::values::Value;
 use crate::ids::{AxisId, BufferId, Id};
 use crate::kernel::{Index, Role};
@@ -36,7 +36,7 @@ impl Builder<'_> {
                 let strides: Vec<usize> =
                     self.shape.lanes.iter().map(|lane| usize::from(*lane == axis)).collect();
                 let pattern = self.pattern(&strides);
-                self.values.lanes(Work::Pattern(pattern))
+                self.values.read(Read::Pattern(pattern))
             }
         }
     }
@@ -79,6 +79,15 @@ impl Builder<'_> {
         if !found.scattered.is_empty() || alike || (positions && has_lanes) {
             return self.gather(source, found, otherwise);
         }
+        if let (Value::Number(number), false) = (other, has_lanes) {
+            return match self.own_cell(buffer, found.base).filter(|_| found.terms.is_empty()) {
+                Some(own) => self.values.constant(own),
+                None => {
+                    let address = Address { source: buffer, base: found.base, terms: found.terms };
+                    self.values.number(Numeric::Load(address, otherwise.map(|_| number)))
+                }
+            };
+        }
         let address = Address { source, base: found.base, terms: found.terms };
         let along = match found.turned {
             _ if made_here => Along::Straight,
@@ -86,20 +95,13 @@ impl Builder<'_> {
             None if has_lanes && self.is_contiguous(&found.lanes) => Along::Straight,
             None => Along::Pattern(self.pattern(&found.lanes)),
         };
-        match (other, has_lanes) {
-            (Value::Number(_), false) if address.terms.is_empty() && self.own_cell(buffer, 0).is_some() => {
-                let number = self.own_cell(buffer, address.base).expect("internal: it is inside");
-                self.values.constant(number)
-            }
-            (Value::Number(number), false) => {
-                self.values.number(Numeric::Load(address, otherwise.map(|_| number)))
-            }
-            (Value::Number(number), true) if !matches!(along, Along::Pattern(_)) => {
+        match other {
+            Value::Number(number) if !matches!(along, Along::Pattern(_)) => {
                 Value::Place(self.values.place(Place { address, along, otherwise: Some(number) }))
             }
             _ => {
                 let place = self.values.place(Place { address, along, otherwise: None });
-                self.values.lanes(Work::Fetch(place, Some(other)))
+                self.values.read(Read::Fetch(place, Some(other)))
             }
         }
     }
@@ -228,6 +230,6 @@ impl Builder<'_> {
             let running = self.axis(self.shape.lanes[number]);
             terms.push((running, *stride, ANY));
         }
-        self.values.lanes(Work::Gather(source, terms.into(), otherwise))
+        self.values.read(Read::Gather(source, terms.into(), otherwise))
     }
 }

@@ -4,7 +4,7 @@
 //! depend on its block, so that pieces may be cut anywhere.
 
 use super::arithmetic;
-use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Source, Stage, Target, Work};
+use super::code::{Code, Instruction, Numeric, Operand, Pass, Planes, Stage, Term, Work};
 use super::reads::{Arrays, Found, Slot};
 use crate::exec::scalar::{Number, Scalar};
 use crate::radix;
@@ -184,13 +184,10 @@ impl<T: Scalar> Machine<T> {
             Numeric::Select(a, b, c) => number(if number(a).is_zero() { c } else { b }),
             Numeric::Mass(law, operands) => T::Number::mass(*law, operands.map(|operand| number(&operand))),
             Numeric::Stored(a) => self.narrow[*a].to_number(),
-            Numeric::Load(address, otherwise) => {
-                match (self.find(&address.terms, address.base), address.source) {
-                    (Some(at), Source::Whole(buffer)) => arrays.cell(buffer, at),
-                    (Some(_), Source::Block(_)) => unreachable!("internal: what lives for a block has lanes"),
-                    (None, _) => otherwise.as_ref().map_or_else(T::Number::default, number),
-                }
-            }
+            Numeric::Load(address, otherwise) => match self.find(&address.terms, address.base) {
+                Some(at) => arrays.cell(address.source, at),
+                None => otherwise.as_ref().map_or_else(T::Number::default, number),
+            },
         }
     }
 
@@ -222,17 +219,12 @@ impl<T: Scalar> Machine<T> {
                 self.slots[*slot] = out;
             }
             Instruction::Write(target, work) => {
-                let plane = self.plane(target);
-                match target.planes {
-                    Planes::Made(part) => {
-                        let out = piece.plane(pass, part, plane, self.offset, self.width);
-                        self.work(pass, arrays, work, out);
-                    }
-                    Planes::Block(_) => unreachable!("internal: what lives for a block is stored"),
-                }
+                let plane = self.plane(&target.terms, target.base);
+                let out = piece.plane(pass, target.planes, plane, self.offset, self.width);
+                self.work(pass, arrays, work, out);
             }
             Instruction::Store(target, operand) => {
-                let plane = self.plane(target);
+                let plane = self.plane(&target.terms, target.base);
                 let width = if pass.folded { 1 } else { self.width };
                 match target.planes {
                     Planes::Made(part) => {
@@ -260,15 +252,17 @@ impl<T: Scalar> Machine<T> {
         }
     }
 
-    fn plane(&self, target: &Target) -> usize {
-        self.find(&target.terms, target.base).expect("internal: a made cell is inside")
+    fn plane(&self, terms: &[Term], base: usize) -> usize {
+        self.find(terms, base).expect("internal: a made cell is inside")
     }
 
     #[inline(always)]
     fn work(&self, pass: &Pass, arrays: &Arrays<'_, T>, work: &Work<Operand>, out: &mut [T]) {
         match work {
-            Work::Pattern(_) | Work::Fetch(..) | Work::Gather(..) => self.read(pass, arrays, work, out),
-            _ => arithmetic::run(out, work, |operand| self.lanes(pass, arrays, operand)),
+            Work::Read(read) => self.read(pass, arrays, read, out),
+            Work::Computed(computed) => {
+                arithmetic::run(out, computed, |operand| self.lanes(pass, arrays, operand));
+            }
         }
     }
 }

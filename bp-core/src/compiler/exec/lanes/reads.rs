@@ -4,7 +4,7 @@
 //! array if its lanes are contiguous.
 
 use super::arithmetic::Lane;
-use super::code::{Address, Along, Operand, Pass, Place, Source, Term, Work};
+use super::code::{Address, Along, Operand, Pass, Place, Read, Source, Term};
 use super::machine::Machine;
 use crate::exec::scalar::{Number, Scalar};
 use crate::ids::{BufferId, Id};
@@ -81,7 +81,7 @@ impl<T: Scalar> Machine<T> {
     }
 
     /// The start of a place in its source, for this block.
-    fn begin(&self, pass: &Pass, address: &Address) -> Option<usize> {
+    fn begin(&self, pass: &Pass, address: &Address<Source>) -> Option<usize> {
         let at = self.find(&address.terms, address.base)?;
         Some(match address.source {
             Source::Whole(_) => at,
@@ -185,19 +185,19 @@ impl<T: Scalar> Machine<T> {
 
     /// Lanes that are read, rather than computed.
     #[inline(never)]
-    pub(super) fn read(&self, pass: &Pass, arrays: &Arrays<'_, T>, work: &Work<Operand>, out: &mut [T]) {
+    pub(super) fn read(&self, pass: &Pass, arrays: &Arrays<'_, T>, read: &Read<Operand>, out: &mut [T]) {
         let lanes = |operand: &Operand| self.lanes(pass, arrays, operand);
-        match work {
-            Work::Pattern(pattern) => {
+        match read {
+            Read::Pattern(pattern) => {
                 for (out, index) in out.iter_mut().zip(&pass.patterns[*pattern][self.start..]) {
                     *out = T::from_f64(f64::from(*index));
                 }
             }
-            Work::Fetch(place, otherwise) => {
+            Read::Fetch(place, otherwise) => {
                 let other = otherwise.as_ref().map_or(Lane::One(T::ZERO), lanes);
                 self.fetch(pass, arrays, &pass.places[*place], other, out);
             }
-            Work::Gather(source, terms, otherwise) => {
+            Read::Gather(source, terms, otherwise) => {
                 let other = otherwise.as_ref().map_or(Lane::One(T::ZERO), lanes);
                 let terms: Vec<(Lane<'_, T>, usize, usize)> =
                     terms.iter().map(|(index, stride, extent)| (lanes(index), *stride, *extent)).collect();
@@ -218,7 +218,6 @@ impl<T: Scalar> Machine<T> {
                     };
                 }
             }
-            _ => unreachable!("internal: this is computed"),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! In: operators and operands. Out: a [`Value`]. Invariant: a value comes after its operands, on the outermost level on
 //! which all of them are known.
 
-use super::code::{Along, Numeric, Place, Source, Work};
+use super::code::{Along, Computed, Numeric, Place, Read, Source, Work};
 use crate::ids::BufferId;
 use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::collections::{BTreeSet, HashMap};
@@ -15,6 +15,8 @@ pub(super) enum Value {
     Number(usize),
     Place(usize),
     Lanes(usize),
+    /// The state of a reduction.
+    Kept(usize),
 }
 
 /// Distinct items in order of insertion, each on its level.
@@ -75,18 +77,19 @@ impl Values {
             Value::Number(number) => self.numbers.level(number),
             Value::Place(place) => self.places.level(place),
             Value::Lanes(lanes) => self.lanes.level(lanes),
+            Value::Kept(_) => self.innermost,
         }
     }
 
     /// The buffers that are read, of those that are whole in memory.
     pub(super) fn reads(&self) -> BTreeSet<BufferId> {
         let numbers = self.numbers.all.iter().filter_map(|(how, _)| match how {
-            Numeric::Load(address, _) => Some(address.source),
+            Numeric::Load(address, _) => Some(Source::Whole(address.source)),
             _ => None,
         });
         let places = self.places.all.iter().map(|(place, _)| place.address.source);
         let gathers = self.lanes.all.iter().filter_map(|(work, _)| match work {
-            Work::Gather(source, ..) => Some(*source),
+            Work::Read(Read::Gather(source, ..)) => Some(*source),
             _ => None,
         });
         let whole = |source| match source {
@@ -111,6 +114,11 @@ impl Values {
     }
 
     pub(super) fn number(&mut self, how: Numeric) -> Value {
+        Value::Number(self.number_of(how))
+    }
+
+    /// The place of a number among all.
+    pub(super) fn number_of(&mut self, how: Numeric) -> usize {
         let level = match &how {
             Numeric::Constant(_) => 0,
             Numeric::Counter(axis) => self.level_of[*axis],
@@ -127,7 +135,7 @@ impl Values {
                 terms.map(|number| self.numbers.level(number)).max().unwrap_or(0)
             }
         };
-        Value::Number(self.numbers.add(how, |_| level))
+        self.numbers.add(how, |_| level)
     }
 
     pub(super) fn place(&mut self, place: Place) -> usize {
@@ -145,12 +153,20 @@ impl Values {
         self.places.add(place, |_| level)
     }
 
-    pub(super) fn lanes(&mut self, work: Work<Value>) -> Value {
+    fn computed(&mut self, computed: Computed<Value>) -> Value {
+        self.lanes(Work::Computed(computed))
+    }
+
+    pub(super) fn read(&mut self, read: Read<Value>) -> Value {
+        self.lanes(Work::Read(read))
+    }
+
+    fn lanes(&mut self, work: Work<Value>) -> Value {
         let mut level = self.lane_level;
         work.each(|operand| level = level.max(self.level(operand)));
         match &work {
-            Work::Fetch(place, _) => level = level.max(self.places.level(*place)),
-            Work::Gather(Source::Block(_), ..) | Work::Kept(_) => level = self.innermost,
+            Work::Read(Read::Fetch(place, _)) => level = level.max(self.places.level(*place)),
+            Work::Read(Read::Gather(Source::Block(_), ..)) => level = self.innermost,
             _ => {}
         }
         Value::Lanes(self.lanes.add(work, |_| level))
@@ -160,7 +176,7 @@ impl Values {
         match (a, self.known(a).and_then(|x| operator.folded(x))) {
             (_, Some(value)) => self.constant(value),
             (Value::Number(a), _) => self.number(Numeric::Unary(operator, a)),
-            _ => self.lanes(Work::Unary(operator, a)),
+            _ => self.computed(Computed::Unary(operator, a)),
         }
     }
 
@@ -180,9 +196,9 @@ impl Values {
             (Value::Number(a), Value::Number(b)) => self.number(Numeric::Binary(operator, a, b)),
             // The uniform operand comes second, if the order does not matter.
             (Value::Number(_), _) if matches!(operator, Binary::Add | Binary::Multiply) => {
-                self.lanes(Work::Binary(operator, b, a))
+                self.computed(Computed::Binary(operator, b, a))
             }
-            _ => self.lanes(Work::Binary(operator, a, b)),
+            _ => self.computed(Computed::Binary(operator, a, b)),
         }
     }
 
@@ -197,7 +213,7 @@ impl Values {
                 }
             }
             (Value::Number(a), Value::Number(b), Value::Number(c)) => self.number(Numeric::Select(a, b, c)),
-            _ => self.lanes(Work::Select(condition, then, otherwise)),
+            _ => self.computed(Computed::Select(condition, then, otherwise)),
         }
     }
 
@@ -208,7 +224,7 @@ impl Values {
         });
         match numbers.iter().all(Option::is_some) {
             true => self.number(Numeric::Mass(law, numbers.map(Option::unwrap_or_default))),
-            false => self.lanes(Work::Mass(law, operands)),
+            false => self.computed(Computed::Mass(law, operands)),
         }
     }
 }
