@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("{}", plots::heat_maps("boat", &panels, ("X", -50, 50), ("Y", -50, 50))?.display());
 
-    let [bearings, all, two_distances, ..] = entropies[..] else { unreachable!("five panels") };
+    let (bearings, all, two_distances) = (entropies[0], entropies[1], entropies[2]);
     assert!(all < bearings && bearings < two_distances);
     let place =
         boat.ask("argmax P(X Y | B1 = 225, B2 = 180, B3 = 270, D1 = 71, D2 = 50, D3 = 50)")?.mode()?;

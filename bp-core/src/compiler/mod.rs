@@ -1,6 +1,7 @@
 //! The stages of the compiler: [`source::Source`] → parse → [`syntax::ast::Program`] → check → [`model::Model`] → plan
 //! → [`plan::Plan`] → lower → [`kernel::Kernel`] → run → [`answer::Answer`]. `docs/architecture.md` describes them.
 
+pub(crate) mod analysis;
 pub mod answer;
 pub mod bins;
 pub mod data;

@@ -168,9 +168,6 @@ impl Potential {
 
     /// The stride of a slot; 0 if the potential does not have it.
     fn stride(&self, slot: usize, counts: &[usize]) -> usize {
-        match self.over.iter().position(|own| *own == slot) {
-            Some(position) => self.over[position + 1..].iter().map(|own| counts[*own]).product(),
-            None => 0,
-        }
+        radix::stride(&self.over, &slot, |own| counts[*own])
     }
 }

@@ -9,6 +9,12 @@ pub(crate) fn position(digits: impl IntoIterator<Item = (usize, usize)>) -> usiz
     digits.into_iter().fold(0, |position, (ordinal, count)| position * count + ordinal)
 }
 
+/// The same, where an ordinal may lie outside: then there is no position.
+#[inline]
+pub(crate) fn position_inside(digits: impl IntoIterator<Item = Option<(usize, usize)>>) -> Option<usize> {
+    digits.into_iter().try_fold(0, |position, digit| digit.map(|(ordinal, count)| position * count + ordinal))
+}
+
 /// The ordinals at a position. Counts and ordinals are in the order from the last variable, which is the fastest, to
 /// the first.
 #[inline]
@@ -37,6 +43,22 @@ pub(crate) fn strides(lengths: &[usize]) -> Vec<usize> {
         strides[axis - 1] = strides[axis] * lengths[axis];
     }
     strides
+}
+
+/// The stride of an axis in a table over some axes, of which the last is contiguous; 0 if the table does not have it.
+pub(crate) fn stride<T: PartialEq>(axes: &[T], axis: &T, count: impl Fn(&T) -> usize) -> usize {
+    match axes.iter().position(|own| own == axis) {
+        Some(place) => axes[place + 1..].iter().map(count).product(),
+        None => 0,
+    }
+}
+
+/// Writes the ordinals at a position of a table over some slots to the values of these slots, the last slot fastest.
+pub(crate) fn assign(position: usize, slots: &[usize], count: impl Fn(usize) -> usize, values: &mut [f64]) {
+    let counts = slots.iter().rev().map(|slot| count(*slot));
+    for (slot, ordinal) in slots.iter().rev().zip(ordinals(position, counts)) {
+        values[*slot] = ordinal as f64;
+    }
 }
 
 /// The offset of each cell of a table in an array, for axes with these lengths and strides in the array, the last axis
@@ -71,13 +93,19 @@ mod tests {
             for second in 0..3 {
                 for third in 0..4 {
                     assert_eq!(position([(first, 2), (second, 3), (third, 4)]), expected);
+                    let inside = [Some((first, 2)), Some((second, 3)), Some((third, 4))];
+                    assert_eq!(position_inside(inside), Some(expected));
                     let found: Vec<usize> = ordinals(expected, [4, 3, 2]).collect();
                     assert_eq!(found, [third, second, first]);
                     assert_eq!(in_order(expected, [2, 3, 4].into_iter()), [first, second, third]);
+                    let mut values = [0.5; 5];
+                    assign(expected, &[4, 0, 2], |slot| [3, 0, 4, 0, 2][slot], &mut values);
+                    assert_eq!(values, [second as f64, 0.5, third as f64, 0.5, first as f64]);
                     expected += 1;
                 }
             }
         }
+        assert_eq!(position_inside([Some((1, 2)), None]), None);
     }
 
     /// A table of 2, 3 and 4 values read in another order of its axes, with an axis that it does not have.
@@ -85,6 +113,10 @@ mod tests {
     fn offsets_are_those_of_loops() {
         let [first, second, third] = [0, 1, 2].map(|axis| strides(&[2, 3, 4])[axis]);
         assert_eq!([first, second, third], [12, 4, 1]);
+        let by_name = ["a", "b", "c", "d"].map(|axis| {
+            stride(&["a", "b", "c"], &axis, |own| [2, 3, 4][usize::from(own.as_bytes()[0] - b'a')])
+        });
+        assert_eq!(by_name, [12, 4, 1, 0]);
         let mut expected = Vec::new();
         for c in 0..4 {
             for a in 0..2 {

@@ -12,7 +12,7 @@ use crate::sample::Draws;
 use nalgebra::DMatrix;
 use std::f64::consts::PI;
 
-const ONE: &str = "internal: one slot is finite or real";
+const BOTH: &str = "it is a distribution of finite variables and reals together: choose one of them";
 
 impl Posterior {
     /// The mean of its variable; `true` counts as 1.
@@ -33,7 +33,7 @@ impl Posterior {
         Ok(match &part.law {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
-            PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
+            PartLaw::ConditionalGaussian(_) => return Err(self.lookup(BOTH.to_owned())),
             PartLaw::Laws { laws, .. } => [laws[0].mean(), 0.0],
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
             PartLaw::Draws(draws, drawn) => match &drawn[0] {
@@ -68,7 +68,7 @@ impl Posterior {
         Ok(match &part.law {
             PartLaw::Normal { covariance, .. } => covariance[0],
             PartLaw::Mixture(mixture) => mixture.covariance(0, 0),
-            PartLaw::ConditionalGaussian(_) => unreachable!("{ONE}"),
+            PartLaw::ConditionalGaussian(_) => return Err(self.lookup(BOTH.to_owned())),
             PartLaw::Laws { laws, .. } => laws[0].variance(),
             PartLaw::Finite(numbers) => {
                 let squares: Vec<f64> =

@@ -149,6 +149,17 @@ fn a_program_that_is_not_linear_is_the_integral_over_a_grid() {
     let Figure::Real { mean: found, .. } = answer.answer[0].figure else { panic!("{answer:?}") };
     assert!((found[0] - mean).abs() < 0.06, "{found:?}, expected {mean}");
     assert!((answer.ln_evidence.unwrap() - (total * step).ln()).abs() < 0.05);
+    // Draws and the mode are read from particles too; by symmetry there is a mode on either side of 0.
+    let size = |text: &str| {
+        let answer = asked(&model, text, &z, 40_000, 2);
+        let values = answer.answer.iter().map(|row| row.values[0].1.parse::<f64>().unwrap().abs());
+        values.sum::<f64>() / answer.answer.len() as f64
+    };
+    let expected = grid.iter().zip(&belief).map(|(x, p)| x.abs() * p).sum::<f64>() / total;
+    let (drawn, mode) = (size("draw(20000) filter P(X | Z)"), size("argmax filter P(X | Z)"));
+    assert!((drawn - expected).abs() < 0.02, "{drawn}, expected {expected}");
+    let (top, _) = grid.iter().zip(&belief).max_by(|one, other| one.1.total_cmp(other.1)).unwrap();
+    assert!((mode - top.abs()).abs() < 0.15, "{mode}, expected {top}");
     let estimate = answer.estimate.unwrap();
     assert!(estimate.effective > 1000.0 && estimate.warning.is_none());
     // No particle can lead to this observation.

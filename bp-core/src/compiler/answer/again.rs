@@ -114,7 +114,10 @@ fn not_finite(model: &Model, ask: &Ask) -> Error {
 fn over_time(model: &Model, question: &Question, route: usize) -> Result<OverTime, Error> {
     match plan_for_code(model, question)?.routes.swap_remove(route) {
         Route::OverTime(route) => Ok(route),
-        _ => unreachable!("internal: the route has been compiled"),
+        other => {
+            let reason = format!("it is compiled over time, but `{}` answers it", other.strategy().name());
+            Err(Error::Unplanned { question: question.name.clone(), reason })
+        }
     }
 }
 
@@ -166,15 +169,9 @@ fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
 
 /// The program, extended by what the question derives from it, and the question.
 fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Question), Error> {
-    let mut model = link(model)?;
+    let model = link(model)?;
     let question = model.question(asked.question).expect("internal: the question has been compiled").clone();
-    match model.is_posed(&question) {
-        true => Ok((model, question)),
-        false => {
-            let question = model.to_mut().pose(&question);
-            Ok((model, question))
-        }
-    }
+    Ok(super::compiled::posed(model, &question))
 }
 
 fn exact(model: &Model, question: &Question, route: usize) -> Result<Exact, Error> {

@@ -125,7 +125,7 @@ pub(super) fn together(
 }
 
 /// The program, extended by what the question derives from it.
-fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
+pub(super) fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
     if model.is_posed(question) {
         return (model, question.clone());
     }

@@ -10,6 +10,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
+use crate::law::{Law, Numbers};
 use crate::model::{Ask, Finding, Known, Model, Question, Searched, Statistic, Value, When};
 use crate::plan::{self, Group, Options, Strategy};
 use crate::sample::Sampling;
@@ -219,9 +220,7 @@ fn ln_of(known: &Known, answer: &Answer) -> Option<f64> {
     match (&part.law, &known.evidence) {
         (PartLaw::Finite(p), _) => p.get(ordinal(known)?).map(|p| p.ln()),
         (PartLaw::Normal { mean, covariance }, Finding::Hard(Value::Real(value))) => {
-            let (away, variance) = (value - mean.first()?, covariance.first()?);
-            let square = away * away / variance;
-            Some(-0.5 * (square + variance.ln() + (2.0 * std::f64::consts::PI).ln()))
+            Some(Law::Normal.ln_density(&mut Numbers, *value, &[*mean.first()?, covariance.first()?.sqrt()]))
         }
         (PartLaw::Draws(..), _) => part.probabilities()?.get(ordinal(known)?).map(|p| p.ln()),
         _ => None,

@@ -90,7 +90,10 @@ impl Setting<'_> {
                 return Err(evaluation.refused(form, no_square(deviation)));
             }
             Distribution::Point(point) => (point, 0.0),
-            _ => unreachable!("internal: a linear variable is normal or a Dirac"),
+            _ => {
+                let head = self.model.head(&self.model.factors[instance.factor]);
+                return Err(Error::input(head, "it is neither normal nor a Dirac, so it has no linear mean"));
+            }
         };
         let scope = self.scope(instance, at_zero);
         let mean = scope.mean(&self.model.factors[instance.factor].form);

@@ -194,6 +194,21 @@ pub fn choose(weights: &[f64], threshold: f64) -> Option<usize> {
     last
 }
 
+/// Turns logarithms into numbers in proportion to their exponentials, the largest 1; all 0 if nothing is possible.
+pub fn exponentiate(cells: &mut [f64]) {
+    let most = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    cells.iter_mut().for_each(|cell| *cell = if most.is_finite() { (*cell - most).exp() } else { 0.0 });
+}
+
+/// The same, divided by their sum: for large logarithms it is more exact than to subtract [`ln_sum`], which is rounded.
+pub fn normalise(cells: &mut [f64]) {
+    exponentiate(cells);
+    let total: f64 = cells.iter().sum();
+    if total > 0.0 {
+        cells.iter_mut().for_each(|cell| *cell /= total);
+    }
+}
+
 /// ln Σ exp(tᵢ), without overflow or underflow; −∞ for an empty sum.
 pub fn ln_sum(terms: &[f64]) -> f64 {
     let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);

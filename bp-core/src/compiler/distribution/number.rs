@@ -9,6 +9,7 @@ use crate::exec::scalar::Number;
 use crate::ids::{ExpressionId, Id, ParameterId, VariableId};
 use crate::law::{Arithmetic, Numbers, Wide};
 use crate::model::{Domain, Environment, Expression, Folded, IndexSpace, Read, VariableUse};
+use crate::radix;
 
 /// The context of an expression: the values of its variables and indices.
 #[derive(Clone, Copy)]
@@ -110,16 +111,12 @@ impl Setting<'_> {
 
     /// The place of a field at some indices, row-major; `None` outside it.
     fn place_at(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
-        let mut place = 0;
-        for (index, over) in indices.zip(&self.model.parameters[parameter].over) {
+        let digit = |(index, over): (f64, &IndexSpace)| {
             let length = self.length(over).unwrap_or(0);
             let index = index - over.first() as f64;
-            if !(index >= 0.0 && index < length as f64) {
-                return None;
-            }
-            place = place * length + index as usize;
-        }
-        Some(place)
+            (index >= 0.0 && index < length as f64).then_some((index as usize, length))
+        };
+        radix::position_inside(indices.zip(&self.model.parameters[parameter].over).map(digit))
     }
 
     /// An index that depends on no variable.

@@ -6,7 +6,8 @@
 //! before: P(C) P(O | C) P(Z | O C) / Σ_Z …      after: P(Z | O C)
 
 use super::draft::Draft;
-use super::{Term, barren, elision, scope};
+use super::{Term, elision};
+use crate::analysis::{is_proper, of_factor};
 use crate::ids::ExpressionId;
 use crate::law::Law;
 use crate::model::{Form, Model};
@@ -28,7 +29,7 @@ pub(super) fn constants(draft: &mut Draft<'_>) {
             continue;
         };
         let known = |variable| draft.is_known(variable);
-        let all_known = scope::of_factor(draft.model, factor).into_iter().all(known);
+        let all_known = of_factor(draft.model, factor).into_iter().all(known);
         if all_known && !is_positive(draft.model, &draft.model.factors[factor].form) {
             let possible = draft.terms.push(Term::Possible(factor));
             draft.factors.push(possible);
@@ -92,15 +93,14 @@ pub(super) fn normaliser(draft: &mut Draft<'_>) {
         Term::Factor(factor) => {
             let left = draft.model.factors[*factor].left.iter().map(|use_| use_.variable);
             distributed.extend(left.clone());
-            left.into_iter().all(|variable| !draft.is_known(variable))
-                && barren::is_proper(draft.model, *factor)
+            left.into_iter().all(|variable| !draft.is_known(variable)) && is_proper(draft.model, *factor)
         }
         Term::FirstScan(scan) => {
             let left = draft.model.factors[scan.factor].left.iter().map(|use_| use_.variable);
             distributed.extend(left.clone());
             left.into_iter().all(|variable| !draft.is_known(variable))
-                && barren::is_proper(draft.model, scan.factor)
-                && barren::is_proper(draft.model, scan.prior)
+                && is_proper(draft.model, scan.factor)
+                && is_proper(draft.model, scan.prior)
         }
         Term::Possible(_) => true,
         _ => false,

@@ -7,7 +7,8 @@
 //! after:  P(V | C − V)                 the sum over antecedents is a gather
 
 use super::draft::Draft;
-use super::{Binding, Term, barren, elision, scope};
+use super::{Binding, Term, elision};
+use crate::analysis::{is_truth, of_form};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{DerivedKind, Domain, Expression, Form, Model, SetKind};
 use crate::operators::Binary;
@@ -34,7 +35,7 @@ pub(super) fn substitute(draft: &mut Draft<'_>) {
         let always_inside = match &binding {
             Binding::Expression(value) => {
                 matches!(domain, Domain::Real)
-                    || (*domain == Domain::Boolean && barren::is_truth(draft.model, *value))
+                    || (*domain == Domain::Boolean && is_truth(draft.model, *value))
             }
             _ => true,
         };
@@ -111,7 +112,7 @@ fn displaced(model: &Model, factor: FactorId, value: ExpressionId) -> Option<(Va
         Domain::Set(set) => matches!(model.sets[set].kind, SetKind::Displacements(_)),
         _ => false,
     };
-    let used = scope::of_form(model, factor);
+    let used = of_form(model, factor);
     debug_assert!(used.contains(&left) && used.contains(&right), "internal: a form uses its variables");
     match (moves(left), moves(right)) {
         (false, true) => Some((left, right)),

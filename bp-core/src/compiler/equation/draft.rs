@@ -103,7 +103,10 @@ impl<'m> Draft<'m> {
     }
 
     /// Substitutes known values; virtual evidence multiplies.
-    pub(crate) fn condition(&mut self) {
+    ///
+    /// # Errors
+    /// Soft evidence, which is mixed from answers that search the variable.
+    pub(crate) fn condition(&mut self) -> Result<(), Error> {
         let mut reasons = Vec::new();
         for known in self.asks[0].known.clone() {
             let name = self.model.variable_name(known.variable);
@@ -130,7 +133,10 @@ impl<'m> Draft<'m> {
                     reasons.push(format!("`{name}` is known by likelihoods, which multiply (Pearl)"));
                     continue;
                 }
-                Finding::Soft(_) => unreachable!("internal: softly known variables are searched first"),
+                Finding::Soft(_) => {
+                    let reason = format!("soft evidence on `{name}` is mixed from answers without it");
+                    return Err(self.unplanned(reason));
+                }
             };
             self.bindings.insert(known.variable, Binding::Value(value));
         }
@@ -146,6 +152,7 @@ impl<'m> Draft<'m> {
             let reasons = elision::list(reasons.len(), |at| reasons[at].clone(), others);
             self.record(EVIDENCE, reasons.join("; "));
         }
+        Ok(())
     }
 
     /// Records the current state of the draft.

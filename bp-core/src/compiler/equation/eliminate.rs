@@ -8,7 +8,8 @@
 //! The order is found by `elimination`.
 
 use super::draft::Draft;
-use super::{Cost, Elimination, Scope, Term, draft::are, order, scope, solve};
+use super::{Cost, Elimination, Term, draft::are, order, scope, solve};
+use crate::analysis::Scope;
 use crate::error::Error;
 use crate::ids::{TermId, VariableId};
 use crate::model::{Domain, IndexSpace, Model, VariableUse};

@@ -28,7 +28,7 @@ mod strategy;
 mod tokens;
 mod typeset;
 
-pub(crate) use barren::{is_proper, remove as remove_barren};
+pub(crate) use barren::remove as remove_barren;
 pub use cost::{Cost, Elimination};
 pub(crate) use definition::forms;
 pub(crate) use draft::Draft;
@@ -39,7 +39,6 @@ pub(crate) use parts::lines as made_of_parts;
 pub use parts::parts;
 pub(crate) use print::Line;
 pub use range::{Mark, Marked};
-pub(crate) use scope::{Scope, of_form};
 pub(crate) use size::MOST_PRODUCTS;
 pub(crate) use solve::Solution;
 pub use strategy::Strategy;
@@ -249,7 +248,7 @@ fn stages(model: &Model, asks: Vec<Ask>, options: Options) -> Result<Exact, Erro
     let mut draft = Draft::define(model, asks, options);
     draft.marginalise();
     draft.decompose();
-    draft.condition();
+    draft.condition()?;
     barren::remove(&mut draft);
     cancel::constants(&mut draft);
     dirac::substitute(&mut draft);

@@ -5,7 +5,7 @@
 //! factor and change only where a sum takes the place of some.
 
 use super::eliminate::size;
-use super::scope::Scope;
+use crate::analysis::Scope;
 use crate::elimination;
 use crate::ids::VariableId;
 use crate::model::Model;

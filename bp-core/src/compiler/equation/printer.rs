@@ -3,7 +3,8 @@
 //! In: a term under its bindings. Out: one line of mathematics. Invariant: the printed equation is the computed one:
 //! the printer reads the same terms as lowering.
 
-use super::{Binding, Exact, FirstScan, Notation, Term, elision, scope};
+use super::{Binding, Exact, FirstScan, Notation, Term, elision};
+use crate::analysis::{of_expression, of_form};
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Expression, Finding, IndexSpace, Model, Value, VariableUse};
 use crate::spelling::{exact, list};
@@ -164,9 +165,9 @@ impl Printer<'_> {
         let event = vec![self.notation.item(&first, &self.notation.label("k"))];
         let factor = &self.model.factors[scan.factor];
         let left: Vec<_> = factor.left.iter().map(|use_| self.use_(use_, scan.factor)).collect();
-        let mut given = scope::of_form(self.model, scan.prior);
+        let mut given = of_form(self.model, scan.prior);
         for part in scan.with.iter().flat_map(|(value, at)| [*value, *at]) {
-            scope::of_expression(self.model, part, &mut given);
+            of_expression(self.model, part, &mut given);
         }
         let order = |id: &VariableId| factor.right.iter().position(|use_| use_.variable == *id);
         let mut given: Vec<_> = given.into_iter().filter(|id| *id != scan.family).collect();

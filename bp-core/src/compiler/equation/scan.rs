@@ -12,6 +12,7 @@
 
 use super::draft::Draft;
 use super::{FirstScan, Term, scope};
+use crate::analysis::of_form;
 use crate::ids::{ExpressionId, FactorId, TermId, VariableId};
 use crate::model::{Domain, Expression, Model};
 
@@ -55,7 +56,7 @@ fn find(draft: &Draft<'_>, family: VariableId) -> Option<(FirstScan, [usize; 2])
         |factor: FactorId| model.factors[factor].left.iter().any(|use_| use_.variable == family);
     let (prior, factor) = if distributes(*first) { (*first, *second) } else { (*second, *first) };
     // The elements must be independent, and the other factor may depend only on the first true one.
-    let independent = distributes(prior) && !scope::of_form(model, prior).contains(&family);
+    let independent = distributes(prior) && !of_form(model, prior).contains(&family);
     let mut uses = Vec::new();
     model.factors[factor]
         .form

@@ -9,7 +9,8 @@
 
 use super::draft::Draft;
 use super::eliminate::size;
-use super::{Binding, Scope, Term, elision, reachable, scope};
+use super::{Binding, Term, elision, reachable};
+use crate::analysis::{Scope, of_form};
 use crate::ids::{ExpressionId, FactorId, Id, TermId, VariableId};
 use crate::model::{Domain, Expression, Form, Model};
 use crate::operators::{Binary, Unary};
@@ -42,7 +43,7 @@ pub(super) fn by(draft: &Draft<'_>, term: TermId) -> Scope {
         Term::Factor(factor)
             if matches!(draft.model.factors[factor].form, Form::Dirac(_)) && applies(draft) =>
         {
-            let parents = scope::of_form(draft.model, factor);
+            let parents = of_form(draft.model, factor);
             parents.into_iter().filter(|one| solution(draft, *one, factor).is_some()).collect()
         }
         _ => Scope::new(),

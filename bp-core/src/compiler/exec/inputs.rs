@@ -3,6 +3,7 @@
 //! In: sizes, numbers and arrays by name. Out: a [`Bound`] kernel: every extent known, every array of the right
 //! length. Invariant: errors name the input, the found and the expected value.
 
+use super::compiled::check_length;
 use super::scalar::{Extended, Scalar};
 use super::{SIZE_NOT_GIVEN, values};
 use crate::error::Error;
@@ -12,6 +13,7 @@ use crate::kernel::{
     SizeKey, Values,
 };
 use crate::memory;
+use crate::radix;
 use crate::space::{Moves, Space};
 use std::any::Any;
 use std::borrow::Cow;
@@ -245,13 +247,6 @@ fn in_precision<T: Scalar>(numbers: &Vec<f64>) -> Cow<'_, [T]> {
     }
 }
 
-fn check_length(name: &str, found: usize, expected: usize) -> Result<(), Error> {
-    match found == expected {
-        true => Ok(()),
-        false => Err(Error::input(name, format!("{found} numbers were given, but {expected} are expected"))),
-    }
-}
-
 /// The form of an input that a kernel reads: for values of a variable their ordinals.
 fn ordinals<'n, T: Scalar>(
     buffer: &Buffer,
@@ -355,19 +350,15 @@ impl<T: Clone> Bound<'_, T> {
 
     /// The stride of each axis of a buffer.
     pub(crate) fn strides(&self, buffer: BufferId) -> Vec<usize> {
+        // A default has one cell, and a broadcast one has one for all cells of the plate.
+        let is_stored = |axis: &AxisId| match self.arrays[buffer] {
+            Array::Default => false,
+            Array::Broadcast(_) => !self.kernel.parallel.contains(axis),
+            _ => true,
+        };
         let axes = &self.kernel.buffers[buffer].axes;
-        let broadcast = matches!(self.arrays[buffer], Array::Broadcast(_) | Array::Default);
-        let default = matches!(self.arrays[buffer], Array::Default);
-        let mut strides = vec![0; axes.len()];
-        let mut stride = 1;
-        for (position, axis) in axes.iter().enumerate().rev() {
-            if default || (broadcast && self.kernel.parallel.contains(axis)) {
-                continue;
-            }
-            strides[position] = stride;
-            stride *= self.extent(*axis);
-        }
-        strides
+        let stored: Vec<AxisId> = axes.iter().copied().filter(is_stored).collect();
+        axes.iter().map(|axis| radix::stride(&stored, axis, |axis| self.extent(*axis))).collect()
     }
 
     /// The default of an input.

@@ -173,7 +173,10 @@ fn worked_out(
 ) -> Result<Vec<Extended>, Error> {
     let factor = &setting.model.factors[id];
     let instances = setting.instances(id)?;
-    let [instance] = instances.as_slice() else { unreachable!("internal: the factor is not indexed") };
+    let [instance] = instances.as_slice() else {
+        let message = "it is a factor of each element of a family: it has no single table";
+        return Err(Error::input(setting.model.head(factor), message));
+    };
     let count = |use_: &VariableUse| setting.count(use_.variable);
     let slots: Vec<usize> = factor.right.iter().map(|use_| setting.slots_of(use_.variable).start).collect();
     let counts: Vec<usize> = factor.right.iter().map(count).collect();

@@ -7,6 +7,7 @@ use super::schedule::{reachable, roots};
 use super::{Fold, Index, Kernel, Nest, Node, Reduce, Role};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::operators::Binary;
+use crate::radix;
 use std::collections::HashMap;
 
 /// The most numbers of a table that is made.
@@ -97,11 +98,10 @@ struct Run<'k> {
 
 impl Run<'_> {
     /// Sets the indices of some axes to those of a cell, the last one fastest.
-    fn set(&mut self, axes: &[AxisId], mut cell: usize) {
-        for axis in axes.iter().rev() {
-            let count = self.kernel.axes[*axis].extent.known().unwrap_or(1).max(1);
-            self.at[axis.position()] = cell % count;
-            cell /= count;
+    fn set(&mut self, axes: &[AxisId], cell: usize) {
+        let counts = axes.iter().rev().map(|axis| self.kernel.axes[*axis].extent.known().unwrap_or(1).max(1));
+        for (axis, ordinal) in axes.iter().rev().zip(radix::ordinals(cell, counts)) {
+            self.at[axis.position()] = ordinal;
         }
     }
 
@@ -125,17 +125,16 @@ impl Run<'_> {
             }
             Node::Mass(law, operands) => law.apply(operands.map(|operand| of(&operand))),
             Node::Load { buffer, indices, otherwise } => {
-                let mut place = Some(0usize);
-                for (index, axis) in indices.iter().zip(&self.kernel.buffers[*buffer].axes) {
+                let digit = |(index, axis): (&Index, &AxisId)| {
                     let count = self.kernel.axes[*axis].extent.known().unwrap_or(0);
                     let at = match index {
                         Index::Axis(axis) => self.at[axis.position()] as f64,
                         Index::At(value) | Index::Turned { by: value, .. } => of(value),
                     };
-                    let inside = at >= 0.0 && at < count as f64;
-                    place = place.filter(|_| inside).map(|place| place * count + at as usize);
-                }
-                match place {
+                    (at >= 0.0 && at < count as f64).then_some((at as usize, count))
+                };
+                let digits = indices.iter().zip(&self.kernel.buffers[*buffer].axes).map(digit);
+                match radix::position_inside(digits) {
                     Some(place) => self.known[buffer][place],
                     None => otherwise.as_ref().map_or(f64::NAN, of),
                 }

@@ -38,9 +38,10 @@ pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads
     for position in 0..statistics.len() {
         let distribution = &learnable.distributions()[position];
         let cells = learned(distribution);
-        if cells.is_empty() || !is_climbed(learnable, distribution) {
+        let Some((law, arguments)) = climbed(learnable, distribution).filter(|_| !cells.is_empty()) else {
             continue;
-        }
+        };
+        let (law, arguments) = (law, arguments.to_vec());
         let mut together: Vec<usize> = cells.iter().flat_map(|cell| &users[cell]).copied().collect();
         together.sort_unstable();
         together.dedup();
@@ -50,17 +51,22 @@ pub(super) fn climb(learnable: &mut Learnable, statistics: &[Statistic], spreads
         }
         // Location and scale together; the degrees of freedom, which come before them, by themselves.
         for cells in cells.rchunks(2) {
-            let (chart, cells) = (Chart::of(learnable, position, sample, spreads[position]), cells.to_vec());
+            let own = (&*learnable, position);
+            let (chart, cells) =
+                (Chart::of(own, (law, &arguments), sample, spreads[position]), cells.to_vec());
             Own { together: together.clone(), statistics, spreads, chart, cells }.climb(learnable);
         }
     }
 }
 
-/// Whether it is a law over integers or bins. (The likelihood of a uniform law is piecewise constant: its ends are
-/// fitted.)
-pub(super) fn is_climbed(learnable: &Learnable, distribution: &Distribution) -> bool {
-    matches!(distribution.kind, Kind::Law(law, _) if law != Law::Uniform)
-        && learnable.count(distribution).is_some()
+/// Its law and arguments, if it is a law over integers or bins. (The likelihood of a uniform law is piecewise constant:
+/// its ends are fitted.)
+pub(super) fn climbed<'d>(
+    learnable: &Learnable,
+    distribution: &'d Distribution,
+) -> Option<(Law, &'d [Argument])> {
+    let Kind::Law(law, arguments) = &distribution.kind else { return None };
+    (*law != Law::Uniform && learnable.count(distribution).is_some()).then_some((*law, arguments))
 }
 
 /// The cells of a law that are learned.
@@ -82,11 +88,13 @@ enum Chart {
 }
 
 impl Chart {
-    fn of(learnable: &Learnable, position: usize, sample: &Sample, spread: f64) -> Self {
+    fn of(
+        (learnable, position): (&Learnable, usize),
+        (law, arguments): (Law, &[Argument]),
+        sample: &Sample,
+        spread: f64,
+    ) -> Self {
         let distribution = &learnable.distributions()[position];
-        let Kind::Law(law, arguments) = &distribution.kind else {
-            unreachable!("internal: a law was expected")
-        };
         let both = learned(distribution).len() == 2;
         let is_circle = matches!(learnable.domain(distribution), Domain::Bins(bins) if bins.is_circle());
         let centre = match law {
@@ -94,7 +102,7 @@ impl Chart {
             Law::Lognormal if both && sample.ends().0 > 0.0 => sample.map(f64::ln).mean(),
             _ => {
                 let known = learnable.arguments(arguments).get(1).copied().filter(|_| !both);
-                return Chart::Own { law: *law, known };
+                return Chart::Own { law, known };
             }
         };
         let spread = if spread > 0.0 { spread } else { 1.0 };

@@ -7,7 +7,7 @@
 //! Variables are eliminated one by one; messages go to the root and back (Lauritzen and Spiegelhalter 1988; Jensen,
 //! Lauritzen and Olesen 1990).
 
-use crate::distribution::ln_sum;
+use crate::distribution::{ln_sum, normalise};
 use crate::elimination::order;
 use crate::radix;
 
@@ -158,14 +158,6 @@ pub(super) struct Beliefs {
     most: Vec<f64>,
 }
 
-/// The distribution that is proportional to the exponentials of some logarithms.
-fn normalise(cells: &mut [f64]) {
-    let most = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    cells.iter_mut().for_each(|cell| *cell = (*cell - most).exp());
-    let whole: f64 = cells.iter().sum();
-    cells.iter_mut().for_each(|cell| *cell /= whole);
-}
-
 /// Adds to each cell the entry at its position.
 pub(super) fn add(cells: &mut [f64], table: &[f64], places: &[u32]) {
     cells.iter_mut().zip(places).for_each(|(cell, place)| *cell += table[*place as usize]);
@@ -199,10 +191,8 @@ fn sum_into(cells: &[f64], places: &[u32], most: &mut Vec<f64>, sums: &mut [f64]
 
 /// For each cell of a table over some slots the cell of one over some of them; the last slot fastest in both.
 pub(super) fn places(from: &[usize], to: &[usize], count: &dyn Fn(usize) -> usize) -> Vec<u32> {
-    let counts: Vec<usize> = to.iter().map(|slot| count(*slot)).collect();
-    let strides = radix::strides(&counts);
-    let stride = |slot: &usize| to.iter().position(|one| one == slot).map_or(0, |axis| strides[axis]);
-    let axes = from.iter().map(|slot| (count(*slot), stride(slot))).collect();
+    let count = |slot: &usize| count(*slot);
+    let axes = from.iter().map(|slot| (count(slot), radix::stride(to, slot, count))).collect();
     radix::offsets(axes).map(|place| place as u32).collect()
 }
 

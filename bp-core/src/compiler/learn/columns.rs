@@ -6,8 +6,8 @@
 
 use super::distinct::{DistinctCases, MISSING};
 use super::learner::{Learner, NO_WEIGHT, count_seen, is_weight};
-use super::over_time::carried;
 use super::program::Program;
+use crate::analysis::carried;
 use crate::data::{Cells, PlateData, Records, Values, is_missing};
 use crate::error::Error;
 use crate::exec::Inputs;

@@ -155,7 +155,10 @@ pub(super) fn estimate(
                     }
                 }
             }
-            _ => unreachable!("internal: a statistic is of the kind of its distribution"),
+            _ => {
+                let message = "its observations are not of the kind of its distribution";
+                return Err(learnable.program.wrong(distribution.factor, message));
+            }
         }
     }
     normals(learnable, statistics, &together, step, &mut outcomes)?;
@@ -323,7 +326,7 @@ fn fitted(
     domain: &Domain,
 ) -> Result<Vec<f64>, Refusal> {
     if let Some(Fit::Conjugate { known, prior, .. }) = fit {
-        return Ok(conjugate(law, known, *prior, sample));
+        return conjugate(law, known, *prior, sample);
     }
     let (total, is_unbiased) = (sample.total(), fit == Some(&Fit::UnbiasedNormal));
     if is_unbiased && total > 0.0 && total <= 1.0 {
@@ -342,10 +345,15 @@ fn fitted(
     }
 }
 
-fn conjugate(law: Law, known: &[f64], [first, second]: [f64; 2], sample: &Sample) -> Vec<f64> {
+fn conjugate(
+    law: Law,
+    known: &[f64],
+    [first, second]: [f64; 2],
+    sample: &Sample,
+) -> Result<Vec<f64>, Refusal> {
     let total = sample.total();
     let sum = if sample.is_empty() { 0.0 } else { sample.mean_of(|x| x) * total };
-    match (law, known) {
+    Ok(match (law, known) {
         (Law::Poisson, _) => vec![(first + sum) / (second + total)],
         (Law::Exponential, _) => vec![(first + total) / (second + sum)],
         (Law::Binomial, [trials]) => vec![*trials, (first + sum) / (first + second + trials * total)],
@@ -353,8 +361,8 @@ fn conjugate(law: Law, known: &[f64], [first, second]: [f64; 2], sample: &Sample
             let (before, each) = (1.0 / (second * second), 1.0 / (deviation * deviation));
             vec![(first * before + sum * each) / (before + total * each), *deviation]
         }
-        _ => unreachable!("internal: a checked law has its conjugate prior"),
-    }
+        _ => return Err("has no conjugate prior"),
+    })
 }
 
 /// Parameters of a distribution of angles, wrapped to the circle.

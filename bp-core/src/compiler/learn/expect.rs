@@ -226,10 +226,7 @@ pub(super) fn cells(program: &Program, slots: &[usize]) -> usize {
 
 /// Sets slots to the values of a joint ordinal, the last slot fastest.
 pub(super) fn put(program: &Program, slots: &[usize], cell: usize, values: &mut [f64]) {
-    let counts = slots.iter().rev().map(|slot| program.slots[*slot].count.unwrap_or(1));
-    for (slot, ordinal) in slots.iter().rev().zip(radix::ordinals(cell, counts)) {
-        values[*slot] = ordinal as f64;
-    }
+    radix::assign(cell, slots, |slot| program.slots[slot].count.unwrap_or(1), values);
 }
 
 /// An impossible case.

@@ -10,7 +10,8 @@ use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId};
 use crate::law::Law;
-use crate::model::{Expression, Form};
+use crate::model::{Expression, Form, VariableUse};
+use crate::radix;
 
 /// A family in a case.
 #[derive(Clone, Copy)]
@@ -76,11 +77,11 @@ impl At<'_> {
             },
             Form::Categorical(entries) => self.row(entries),
             Form::Table(rows) => {
-                let mut position = 0;
-                for use_ in &model.factors[self.factor()].right {
+                let digit = |use_: &VariableUse| {
                     let ordinal = self.setting.value_used(use_, self.instance, self.values);
-                    position = position * self.setting.count(use_.variable) + ordinal.max(0.0) as usize;
-                }
+                    (ordinal.max(0.0) as usize, self.setting.count(use_.variable))
+                };
+                let position = radix::position(model.factors[self.factor()].right.iter().map(digit));
                 self.row(rows.get(position).ok_or_else(|| self.wrong("its table has too few rows"))?)
             }
             Form::Law { law: Law::Normal, arguments }

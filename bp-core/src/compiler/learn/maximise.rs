@@ -9,7 +9,7 @@
 
 use super::Settings;
 use super::accelerate::History;
-use super::climb::{climb, is_climbed};
+use super::climb::{climb, climbed};
 use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
 use super::estimate::{Outcome, Step, estimate, spreads};
 use super::expect::{Expectation, Expected};
@@ -138,7 +138,7 @@ impl Iteration<'_> {
 
     /// Whether there is a distribution over integers or bins, which has a normalising constant of its own.
     fn has_climbed(&self) -> bool {
-        self.learnable.distributions().iter().any(|it| is_climbed(self.learnable, it))
+        self.learnable.distributions().iter().any(|it| climbed(self.learnable, it).is_some())
     }
 
     /// The M step.
@@ -146,7 +146,7 @@ impl Iteration<'_> {
         let statistics = &at.expected.statistics;
         let all = self.learnable.distributions().iter();
         let keep: Vec<bool> = match self.climbs {
-            true => all.map(|it| is_climbed(self.learnable, it)).collect(),
+            true => all.map(|it| climbed(self.learnable, it).is_some()).collect(),
             false => vec![false; statistics.len()],
         };
         let step = Step { keep: &keep, spreads: &self.spreads, iterating: true };

@@ -12,6 +12,7 @@ use super::cliques::{add, places, summed};
 use super::density::Densities;
 use super::expect::put;
 use super::program::Program;
+use crate::distribution::ln_sum;
 use crate::error::Error;
 use crate::radix;
 use rayon::prelude::*;
@@ -225,15 +226,6 @@ impl Weights<'_> {
 /// The number of cells of a part: the last position is that of the last cell.
 fn places_of(places: &[u32]) -> usize {
     places.last().map_or(1, |last| *last as usize + 1)
-}
-
-/// ln Σ exp
-fn ln_sum(cells: &[f64]) -> f64 {
-    let most = cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    match most == f64::NEG_INFINITY {
-        true => most,
-        false => most + cells.iter().map(|cell| (cell - most).exp()).sum::<f64>().ln(),
-    }
 }
 
 /// The number of joint values of some slots; nothing if one of them is a real, or there are too many.

@@ -13,11 +13,11 @@ use super::expect::{Expectation, Expected, cells, put};
 use super::messages::{Messages, Part};
 use super::program::Program;
 use super::statistics::{Statistic, grow};
-use crate::equation::is_proper;
+use crate::analysis::{carried, is_proper};
 use crate::error::Error;
 use crate::error::Impossible;
 use crate::ids::VariableId;
-use crate::model::{Ask, Finding, Known, Model, Searched, Value, When};
+use crate::model::{Ask, Finding, Known, Searched, Value, When};
 use crate::strategies::chain::{Chain, refusal};
 use crate::strategies::over_time::Instant;
 use rayon::prelude::*;
@@ -28,11 +28,6 @@ const MOST_VALUES: usize = 1 << 16;
 
 /// Sequences that share the tables of one chain.
 const TOGETHER: usize = 64;
-
-/// The variables that a program carries from instant to instant: (X, X^-1).
-pub(super) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
-    model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
-}
 
 /// A prepared sequence.
 struct Sequence {

@@ -97,7 +97,8 @@ impl Lowering<'_> {
         let mut waiting: Vec<VariableId> = self.undetermined(root);
         while let Some(variable) = waiting.last().copied() {
             let Some(Binding::Expression(value)) = self.exact.bindings.get(&variable) else {
-                unreachable!("internal: what waits is bound by a Dirac")
+                let name = self.model.variable_name(variable);
+                return Err(self.unplanned(format!("`{name}` is needed, but no Dirac determines it")));
             };
             let open =
                 if self.determined.contains_key(&variable) { Vec::new() } else { self.undetermined(*value) };

@@ -71,7 +71,7 @@ impl Lowering<'_> {
     /// Pushes the value of a term, or the steps that compute it.
     fn begin(&mut self, id: TermId, tasks: &mut Vec<Task>, values: &mut Vec<ValueId>) -> Result<(), Error> {
         let value = match self.exact.terms[id].clone() {
-            Term::Joint => unreachable!("internal: a finished plan has no joint left"),
+            Term::Joint => return Err(self.unplanned("its joint distribution is not decomposed")),
             Term::Factor(factor) => self.factor(factor)?,
             Term::Likelihood(variable, weights) => self.likelihood(variable, &weights)?,
             Term::Inside(variable) => {
@@ -143,7 +143,7 @@ impl Lowering<'_> {
         let name = self.name("values");
         let table = self.builder.made(&name, &axes, Reduce::None, value);
         let Meaning::Ordinal(ordinal) = self.meaning(variable, None)? else {
-            unreachable!("internal: a solved variable is finite")
+            return Err(self.unplanned("a Dirac is solved for a finite variable"));
         };
         let index = |own: &AxisId| if *own == axis { Index::At(ordinal) } else { Index::Axis(*own) };
         let indices = axes.iter().map(index).collect();

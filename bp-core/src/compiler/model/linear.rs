@@ -163,7 +163,8 @@ impl LinearForm {
             Expression::Vector(_, parts) => {
                 parts.get(component).map_or_else(|| constant(f64::NAN), |part| below.of(*part).clone())
             }
-            _ => unreachable!("internal: a linear variable has linear expressions"),
+            // Not linear, as a field of another program.
+            _ => constant(f64::NAN),
         }
     }
 

@@ -6,6 +6,7 @@
 use super::{Domain, Expression, Model, VariableUse};
 use crate::bins::Bins;
 use crate::ids::{ExpressionId, VariableId};
+use crate::radix;
 use std::collections::BTreeSet;
 
 /// The most combinations of values that are looked through.
@@ -113,18 +114,14 @@ impl Model {
         let total = self.combinations(reads).filter(|total| *total <= MOST_COMBINATIONS)?;
         let all: Vec<(VariableId, Option<i64>)> = reads.iter().flatten().copied().collect();
         let count = |(variable, _): &(VariableId, Option<i64>)| self.variables[*variable].domain.count();
+        let counts: Vec<usize> = all.iter().map(count).collect::<Option<_>>()?;
         let mut found = Vec::with_capacity(total);
         for combination in 0..total {
             let value = |use_: &VariableUse| {
-                let (own, mut rest) = (self.read(use_)?, combination);
-                for other in &all {
-                    let count = count(other)?;
-                    if *other == own {
-                        return Some(self.variables[own.0].domain.number(rest % count));
-                    }
-                    rest /= count;
-                }
-                None
+                let own = self.read(use_)?;
+                let mut ordinals = all.iter().zip(radix::ordinals(combination, counts.iter().copied()));
+                let (_, ordinal) = ordinals.find(|(other, _)| **other == own)?;
+                Some(self.variables[own.0].domain.number(ordinal))
             };
             found.push(self.evaluate_uses(root, &value)?);
         }

@@ -5,11 +5,12 @@
 //! accepted, or an estimate if there is none or it exceeds the user's budget; `explain` and `ask` read the same offers.
 
 use super::{Options, Route, Strategy};
+use crate::analysis::relevant_factors;
 use crate::error::Error;
 use crate::ids::FactorId;
 use crate::model::{Ask, Form, Model};
 use crate::numbers::count;
-use crate::strategies::{Turn, engine, gaussian, refused, weighting};
+use crate::strategies::{Turn, engine, gaussian, refused};
 use serde::Serialize;
 
 /// The offer of a strategy for some asks.
@@ -193,7 +194,7 @@ impl Market<'_> {
     /// The error if no offer is accepted.
     fn refused(mut self, over_time: bool) -> Error {
         let unlearned = |id: &FactorId| matches!(self.model.factors[*id].form, Form::Unknown(_));
-        if let Some(id) = weighting::relevant(self.model, self.asks).into_iter().find(unlearned) {
+        if let Some(id) = relevant_factors(self.model, self.asks).into_iter().find(unlearned) {
             let head = self.model.head(&self.model.factors[id]);
             let reason = format!("`{head}` is `unknown`: learn it from data first, with `bp learn`");
             return refused(self.model, self.asks, &reason);

@@ -4,10 +4,10 @@
 //! Invariant: a component without a density makes the entropy −∞ and is itself the mode.
 
 use super::mixture::{Component, Mixture};
+use crate::law::{Law, Numbers};
 use crate::special::gauss_legendre;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
-use std::f64::consts::TAU;
 
 /// The most distinct components of which the entropy or the mode is computed: the time grows with their square.
 pub(crate) const MOST_DISTINCT: usize = 1000;
@@ -28,8 +28,7 @@ struct Normal {
 
 impl Normal {
     fn density(&self, x: f64) -> f64 {
-        let z = (x - self.mean) / self.deviation;
-        self.weight * (-0.5 * z * z).exp() / (self.deviation * TAU.sqrt())
+        self.weight * Law::Normal.density_by(&mut Numbers, x, &[self.mean, self.deviation])
     }
 }
 

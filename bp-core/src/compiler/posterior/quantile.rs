@@ -86,7 +86,8 @@ impl Part {
             PartLaw::Laws { laws, .. } => exact(&|level| laws[0].quantile(level)),
             PartLaw::Mixture(mixture) => exact(&|level| mixture.quantile(0, level)),
             PartLaw::Finite(numbers) => exact(&|level| of_finite(domain, numbers, level)),
-            PartLaw::ConditionalGaussian(_) => unreachable!("internal: one slot is finite or real"),
+            // A marginal of one slot is finite or a mixture.
+            PartLaw::ConditionalGaussian(_) => exact(&|_| f64::NAN),
             PartLaw::Draws(draws, drawn) => {
                 let estimated: Vec<[f64; 2]> = match (&drawn[0], own.probabilities()) {
                     (Drawn::Normals(normals), _) => normals.quantiles(levels),

@@ -155,7 +155,10 @@ impl Reader<'_> {
                     rows.push(self.context_row(context, Figure::Information { information }));
                     continue;
                 }
-                Statistic::Divergence { .. } => unreachable!("internal: two tables are compared elsewhere"),
+                Statistic::Divergence { .. } => {
+                    let reason = "a divergence compares two tables, and here is one".to_owned();
+                    return Err(Error::Unplanned { question: self.table.question.clone(), reason });
+                }
             };
             rows.extend(chosen.into_iter().map(|(at, figure)| {
                 let mut row = self.context_row(context, figure);

@@ -9,7 +9,7 @@ use super::quantile::figures;
 use super::{Figure, Row};
 use crate::error::Error;
 use crate::model::{Ask, Model, Statistic};
-use crate::random::seeded;
+use crate::random::{Random, seeded};
 use crate::spelling::exact;
 
 /// The most values that are drawn at once.
@@ -76,17 +76,18 @@ impl Part {
                 false => Ok(Some(own)),
             }
         };
+        let draws = |count: usize, draw: &dyn Fn(&mut Random) -> Vec<f64>| -> Result<Vec<Row>, Error> {
+            check_draws(|| model.ask_text(ask), count as f64 * self.of.len() as f64)?;
+            let mut random = seeded(seed, &model.ask_text(ask));
+            Ok((1..=count).map(|number| at(&draw(&mut random), Figure::Draw { draw: number })).collect())
+        };
         let alone = self.of.len() == 1;
         match (&self.law, &ask.statistic) {
-            (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Draw(count)) => {
-                check_draws(|| model.ask_text(ask), *count as f64 * self.of.len() as f64)?;
-                let mut random = seeded(seed, &model.ask_text(ask));
-                let mut values = || match &self.law {
-                    PartLaw::Mixture(mixture) => mixture.draw(&mut random),
-                    PartLaw::Laws { laws, .. } => laws.iter().map(|law| law.draw(&mut random)).collect(),
-                    _ => unreachable!("internal: the arm has looked"),
-                };
-                Ok((1..=*count).map(|draw| at(&values(), Figure::Draw { draw })).collect())
+            (PartLaw::Mixture(mixture), Statistic::Draw(count)) => {
+                draws(*count, &|random| mixture.draw(random))
+            }
+            (PartLaw::Laws { laws, .. }, Statistic::Draw(count)) => {
+                draws(*count, &|random| laws.iter().map(|law| law.draw(random)).collect())
             }
             (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Entropy) if alone => {
                 one()?;

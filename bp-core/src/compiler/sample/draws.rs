@@ -9,7 +9,7 @@
 //! (Woodruff, JASA 47:635-646, 1952).
 
 use super::chains;
-use crate::distribution::ln_sum;
+use crate::distribution::{ln_sum, normalise};
 
 /// Draws of some slots.
 #[derive(Clone, PartialEq, Debug)]
@@ -76,14 +76,8 @@ fn unit_of(numbers: impl Iterator<Item = f64>) -> f64 {
 impl Draws {
     /// Weighted draws of `kept` slots each.
     pub fn weighted(values: Vec<f64>, kept: usize, ln_weights: &[f64]) -> Self {
-        // Divided by their sum: a large ln of the sum is rounded, and the weights would not sum to one.
-        let most = ln_weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let weights = ln_weights.iter().map(|ln| if most.is_finite() { (ln - most).exp() } else { 0.0 });
-        let mut weights: Vec<f64> = weights.collect();
-        let total: f64 = weights.iter().sum();
-        if total > 0.0 {
-            weights.iter_mut().for_each(|weight| *weight /= total);
-        }
+        let mut weights = ln_weights.to_vec();
+        normalise(&mut weights);
         // Draws of one weight, such as those of a posterior, lose no digits of it.
         let ln_mean_weight = match ln_weights.first() {
             Some(first) if ln_weights.iter().all(|ln| ln == first) => *first,

@@ -165,7 +165,7 @@ fn observed(network: &Network, known: &Known) -> Result<(String, usize), Failure
         return Err(Failure::Words(format!("`{name}` is a potential, which is not observed")));
     }
     let model::Finding::Hard(model::Value::Ordinal(ordinal)) = known.evidence else {
-        unreachable!("internal: an evidence file holds values")
+        return Err(Failure::Words(format!("`{name}` is observed without a value")));
     };
     Ok((name, ordinal))
 }

@@ -4,6 +4,7 @@
 
 use crate::bins::holding;
 use crate::error::Error;
+use crate::radix;
 
 /// A value of a domain, in Rust: a boolean, an integer, a real, or a value of an enum that the macro makes from labels.
 pub trait Value: Copy {
@@ -86,7 +87,7 @@ pub fn bin(number: f64, edges: &[f64], circle: bool) -> Option<usize> {
 /// The row-major position of several values, the last one fastest; each comes with its position and its count.
 #[inline]
 pub fn place(values: &[(Option<usize>, usize)]) -> Option<usize> {
-    values.iter().try_fold(0, |place, (value, count)| Some(place * count + (*value)?))
+    radix::position_inside(values.iter().map(|(value, count)| Some(((*value)?, *count))))
 }
 
 /// The cells of an array at some values; empty where one of them is not in its domain. The axes after the values (those

@@ -13,7 +13,8 @@ mod tangent;
 
 pub use normal::{NormalLowered, lower_normal};
 
-use crate::equation::{self, Exact, Options, is_proper, of_form};
+use crate::analysis::{is_proper, of_form};
+use crate::equation::{self, Exact, Options};
 use crate::error::Error;
 use crate::ids::{ParameterId, VariableId};
 use crate::model::{

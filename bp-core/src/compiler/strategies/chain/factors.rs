@@ -9,8 +9,8 @@ mod messages;
 mod products;
 
 use super::{far, is_dirac};
+use crate::analysis::{is_proper, reached};
 use crate::distribution::{Distribution, Instance, Setting};
-use crate::equation::is_proper;
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::potential::{MOST_CELLS, Orders, Potential, Product};
@@ -243,7 +243,7 @@ impl<'s> Factors<'s> {
             if kept.is_some() {
                 break;
             }
-            put(context, &described.parents, &self.counts, values);
+            radix::assign(context, &described.parents, |slot| self.counts[slot], values);
             for determined in &described.determined {
                 let instance = &self.own[*determined].instance;
                 if let Some(value) = setting.distribution(instance, values)?.only_value() {
@@ -258,7 +258,7 @@ impl<'s> Factors<'s> {
         let mut cells = Vec::with_capacity(size as usize);
         for distribution in distributions {
             for ordinal in 0..left {
-                put(ordinal, &described.left, &self.counts, values);
+                radix::assign(ordinal, &described.left, |slot| self.counts[slot], values);
                 let value = setting.left_value(instance, values);
                 cells.push(match distribution {
                     Distribution::Finite(numbers) if !logarithms => numbers[value as usize],
@@ -293,15 +293,13 @@ impl<'s> Factors<'s> {
         rest.extend(&key.1);
         rest.extend(self.likelihoods.iter().map(|(slot, _)| *slot));
         rest.extend(self.own.iter().filter(improper).flat_map(|own| own.instance.left.clone()));
-        let mut wanted: BTreeSet<usize> = BTreeSet::new();
-        while let Some(slot) = rest.pop() {
-            if let Some(position) = self.distributes[slot]
-                && (first || !self.own[position].initial)
-                && wanted.insert(position)
-            {
-                rest.extend(&self.own[position].parents);
-            }
-        }
+        let applies = |position: &usize| first || !self.own[*position].initial;
+        let instance = |slot: usize| self.distributes[slot].filter(applies);
+        let found = reached(self.distributes.len(), rest, |slot, rest| {
+            rest.extend(instance(slot).into_iter().flat_map(|position| &self.own[position].parents));
+        });
+        let wanted: BTreeSet<usize> =
+            (0..found.len()).filter(|slot| found[*slot]).filter_map(instance).collect();
         let mut described = Vec::new();
         for position in wanted {
             let left = &self.own[position].instance.left;
@@ -362,13 +360,5 @@ impl Described {
     }
     fn over(&self) -> Vec<usize> {
         self.parents.iter().chain(&self.left).copied().collect()
-    }
-}
-
-/// Writes a joint ordinal into an assignment, the last slot fastest.
-fn put(ordinal: usize, slots: &[usize], counts: &[usize], values: &mut [f64]) {
-    let counts = slots.iter().rev().map(|slot| counts[*slot]);
-    for (slot, ordinal) in slots.iter().rev().zip(radix::ordinals(ordinal, counts)) {
-        values[*slot] = ordinal as f64;
     }
 }

@@ -4,7 +4,7 @@
 //! only the program and the sizes written in it, before any number is known; every factor of an accepted model has a
 //! potential.
 
-use crate::equation::{is_proper, of_form};
+use crate::analysis::{carried, is_proper, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Form, Model};
@@ -74,7 +74,7 @@ impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
         let ask = &asks[0];
         over_time::check(model, ask)?;
-        let carried = over_time::carried(model);
+        let carried = carried(model);
         if let Some(reason) = refusal(model, ask, &carried) {
             return Err(refused(model, asks, &reason));
         }

@@ -40,6 +40,13 @@ struct Axes {
     rest: usize,
 }
 
+impl Axes {
+    /// The ordinals of the values of X⁻¹ and of X in a cell.
+    fn ends(&self, cell: usize) -> [usize; 2] {
+        [cell / (self.now * self.rest), cell / self.rest % self.now]
+    }
+}
+
 impl Chain<'_> {
     fn axes(&self, number: usize) -> Axes {
         let (now, before) = (&self.factors.now, &self.factors.before);
@@ -74,7 +81,7 @@ impl Chain<'_> {
             let table = self.small(table)?;
             let mut ending: Vec<Vec<Entry>> = vec![Vec::new(); axes.now];
             for (cell, ln) in table.into_iter().enumerate().filter(|(_, ln)| *ln > f64::NEG_INFINITY) {
-                let (before, now) = (cell / (axes.now * axes.rest), cell / axes.rest % axes.now);
+                let [before, now] = axes.ends(cell);
                 match kept.last() {
                     None => ending[now].push(Entry { ln, cell, rank: 0 }),
                     Some(last) => {
@@ -108,7 +115,7 @@ impl Chain<'_> {
             for number in (0..kept.len()).rev() {
                 let (axes, entry) = (self.axes(number), kept[number][now][rank]);
                 sequence.push(self.values(&axes, entry.cell));
-                (now, rank) = (entry.cell / (axes.now * axes.rest), entry.rank);
+                (now, rank) = (axes.ends(entry.cell)[0], entry.rank);
             }
             sequence.reverse();
             sequences.push((end.ln - forward.ln_evidence, sequence));
@@ -135,7 +142,7 @@ impl Chain<'_> {
             // For each value of X, the cells with that value and their cumulative sums.
             let mut cells: Vec<(Vec<usize>, Vec<f64>)> = vec![Default::default(); axes.now + 1];
             for (cell, p) in table.iter().enumerate().filter(|(_, p)| **p > 0.0) {
-                for group in [cell / axes.rest % axes.now, axes.now] {
+                for group in [axes.ends(cell)[1], axes.now] {
                     let (own, sums) = &mut cells[group];
                     sums.push(sums.last().copied().unwrap_or(0.0) + p);
                     own.push(cell);
@@ -146,7 +153,7 @@ impl Chain<'_> {
                 let at = random.random::<f64>() * sums.last().expect("internal: the drawn value is possible");
                 let cell = own[sums.partition_point(|sum| *sum <= at).min(own.len() - 1)];
                 sequence.push(self.values(&axes, cell));
-                *end = Some(cell / (axes.now * axes.rest));
+                *end = Some(axes.ends(cell)[0]);
             }
         }
         sequences.iter_mut().for_each(|sequence| sequence.reverse());

@@ -283,7 +283,9 @@ fn prior(setting: &Setting<'_>, instance: &Instance, values: &[f64]) -> Result<U
         (_, Distribution::Law(_, [shape, rate, _])) => Unknown::Rate([shape, rate]),
         _ => {
             let Form::Dirichlet(parameters) = form else {
-                unreachable!("internal: the offer has looked at the prior")
+                let reason =
+                    format!("`{}` is no conjugate prior", model.head(&model.factors[instance.factor]));
+                return Err(Error::Unplanned { question: model.name.clone(), reason });
             };
             let number = |id: &crate::ids::ExpressionId| setting.expression(*id, instance, values);
             Unknown::Proportions(parameters.iter().map(number).collect())

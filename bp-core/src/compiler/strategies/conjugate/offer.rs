@@ -5,7 +5,8 @@
 
 use super::likelihood::{Kind, is_conjugate};
 use super::precision;
-use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
+use crate::analysis::{of_form, relevant_factors};
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
@@ -15,7 +16,7 @@ use crate::model::{
 };
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
-use crate::strategies::weighting::{refused_factor, relevant};
+use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// An answer by conjugate priors.
@@ -101,7 +102,7 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
     if model.plate.is_some() {
         return Err("the program is repeated over a plate".to_owned());
     }
-    let relevant = relevant(model, asks);
+    let relevant = relevant_factors(model, asks);
     let is_finite = |id: VariableId| model.variables[id].domain.is_finite();
     let may_be_prior = |id: &FactorId| {
         let factor = &model.factors[*id];
@@ -164,7 +165,7 @@ pub(crate) fn marginalised(model: &Model, asks: &[Ask]) -> Option<Conjugate> {
     if model.plate.is_some() || known.is_empty() || !known.iter().all(is_value) {
         return None;
     }
-    let behind = relevant(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
+    let behind = relevant_factors(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
     let is_known = |id: VariableId| known.iter().any(|known| known.variable == id);
     let (priors, observed) = parted(model, &behind, &is_known);
     let kind = |variable: VariableId| kind_among(model, &priors, variable);

@@ -11,6 +11,7 @@
 use super::answer::{of_laws, truth};
 use super::offer::predicate_of;
 use super::scaled::{is_scaled, scales};
+use crate::analysis::relevant_factors;
 use crate::distribution::{Distribution, Setting};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
@@ -20,7 +21,6 @@ use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, Sear
 use crate::posterior::{Answer, NamedLaw, Slot, Table, refused_of_reals};
 use crate::special::ln_rising;
 use crate::strategies::gaussian::{self, Conditioned, Gaussian, Slots};
-use crate::strategies::weighting::relevant;
 use crate::strategies::{Case, Found, Offered, Prepared, Purpose};
 
 /// An answer by the conjugate prior of a precision.
@@ -36,7 +36,7 @@ pub struct Precision {
 
 /// The offer; `None` where no real is a precision, or why it is not conjugate.
 pub(super) fn offer(model: &Model, asks: &[Ask]) -> Option<Result<Precision, String>> {
-    let factors = relevant(model, asks);
+    let factors = relevant_factors(model, asks);
     let is_known = |id: VariableId| asks[0].known.iter().any(|known| known.variable == id);
     let (unknown, prior) = factors.iter().find_map(|id| {
         let factor = &model.factors[*id];
@@ -215,7 +215,10 @@ impl Precision {
         Ok(match setting.distribution(&instance, &values)? {
             Distribution::Law(Law::Gamma, [shape, rate, _]) => [shape, rate],
             Distribution::Law(_, [rate, ..]) => [1.0, rate],
-            _ => unreachable!("internal: the offer has looked at the prior"),
+            _ => {
+                let reason = format!("`{}` is no conjugate prior", model.head(&model.factors[self.prior]));
+                return Err(Error::Unplanned { question: model.ask_text(&self.asks[0]), reason });
+            }
         })
     }
 }

@@ -8,12 +8,12 @@
 //! extended Kalman filter: Bell and Cathey, *IEEE Transactions on Automatic Control* 38:294-297, 1993).
 
 use super::filter::{Extension, Layout};
-use super::offer::relevant;
 use super::{Belief, Filter, NormalLaw};
+use crate::analysis::{carried, relevant_variables};
 use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::model::{Ask, Form, Model};
-use crate::strategies::over_time::{Instant, OverTime, carried};
+use crate::strategies::over_time::{Instant, OverTime};
 use std::collections::HashMap;
 
 /// How often the tangents of an instant are taken.
@@ -24,7 +24,7 @@ const STAYS: f64 = 1e-10;
 
 /// The reason why a program is not linearised.
 pub(crate) fn not_linearised(model: &Model, ask: &Ask) -> Option<String> {
-    for id in relevant(model, std::slice::from_ref(ask)) {
+    for id in relevant_variables(model, std::slice::from_ref(ask)) {
         if Some(id) == model.plate_index() {
             continue;
         }
@@ -70,7 +70,7 @@ struct Tangents<'s> {
 impl<'s> Extended<'s> {
     pub(crate) fn new(setting: &Setting<'s>, route: &OverTime) -> Result<Self, Error> {
         let (model, ask) = (setting.model, route.ask());
-        let wanted = relevant(model, std::slice::from_ref(ask));
+        let wanted = relevant_variables(model, std::slice::from_ref(ask));
         let mut instances = setting.ordered()?;
         instances.retain(|instance| wanted.contains(&setting.variable_of(instance.left[0])));
         let (start, now): (Vec<Instance>, Vec<Instance>) = (instances.into_iter())

@@ -23,6 +23,6 @@ pub(crate) use frontier::Conditioned;
 pub(crate) use law::NormalLaw;
 pub(crate) use offer::{Engine, ExtendedEngine};
 pub use offer::{Gaussian, LinearEquation, Noise};
-pub(crate) use offer::{applies, is_linear, offer, relevant};
+pub(crate) use offer::{applies, is_linear, offer};
 pub(crate) use predicate::{by_intervals, of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

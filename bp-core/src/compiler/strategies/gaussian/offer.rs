@@ -8,14 +8,14 @@
 //! given z: m ← m + K (z − H m), K = Σ Hᵀ (H Σ Hᵀ)⁻¹, Σ ← Σ − K H Σ (Kalman 1960).
 
 use super::{derivation, not_linearised, predicate};
-use crate::equation::{Line, Notation, Strategy, of_form};
+use crate::analysis::{Admitted, carried, is_linear_form, relevant_variables};
+use crate::equation::{Line, Notation, Strategy};
 use crate::error::Error;
-use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Ask, Expression, Finding, Form, Known, Model, Question, Statistic, When};
 use crate::strategies::over_time::{self, By, OverTime};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
-use std::collections::BTreeSet;
 
 /// The linear equation of a variable.
 #[derive(Clone, PartialEq, Debug)]
@@ -89,7 +89,7 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     if named.chain(ask.known.iter().map(|known| known.variable)).any(is_finite) {
         return false;
     }
-    let relevant = relevant(model, std::slice::from_ref(ask));
+    let relevant = relevant_variables(model, std::slice::from_ref(ask));
     let reals = relevant.iter().all(|id| {
         let variable = &model.variables[*id];
         Some(*id) == model.plate_index()
@@ -99,42 +99,17 @@ pub(crate) fn is_linear(model: &Model, ask: &Ask) -> bool {
     let factors = model.factors.values().filter(|factor| {
         factor.left.iter().any(|use_| relevant.contains(&use_.variable) && !predicate(use_.variable))
     });
-    let is_linear = |form: &Form| is_linear_form(form, &degree, ask, model.plate.is_none());
-    let linear = factors.clone().all(|factor| match &factor.form {
-        Form::Initial { first, later } => ask.when.is_over_time() && is_linear(first) && is_linear(later),
-        form => is_linear(initial(form)),
+    let now = !ask.when.is_over_time();
+    let admitted = Admitted { flat: now, choices: now && model.plate.is_none() };
+    let linear = factors.clone().all(|factor| {
+        !(now && matches!(factor.form, Form::Initial { .. }))
+            && is_linear_form(&factor.form, &degree, admitted)
     });
     let first = factors.clone().all(|factor| {
         let before = |use_: &crate::model::VariableUse| model.variables[use_.variable].previous_of.is_some();
         !before(&factor.left[0]) || factor.right.iter().all(before)
     });
     reals && linear && first
-}
-
-/// Whether a form is normal, a Dirac or flat, with a mean that is linear; `chooses`: it may choose among such by what is known.
-fn is_linear_form(
-    form: &Form,
-    degree: &dyn Fn(ExpressionId) -> Option<u8>,
-    ask: &Ask,
-    chooses: bool,
-) -> bool {
-    let now = !ask.when.is_over_time();
-    match form {
-        Form::Law { law: Law::Normal, arguments } => {
-            degree(arguments[0]).is_some_and(|degree| degree <= 1) && degree(arguments[1]) == Some(0)
-        }
-        Form::NormalVector { mean, covariance } => {
-            degree(*mean).is_some_and(|degree| degree <= 1)
-                && covariance.iter().flatten().all(|entry| degree(*entry) == Some(0))
-        }
-        Form::Dirac(value) => degree(*value).is_some_and(|degree| degree <= 1),
-        Form::Flat => now,
-        Form::If { condition, then, otherwise } => {
-            let branch = |form: &Form| is_linear_form(form, degree, ask, chooses);
-            now && chooses && degree(*condition) == Some(0) && branch(then) && branch(otherwise)
-        }
-        _ => false,
-    }
 }
 
 /// Whether an ask searches this variable alone.
@@ -197,19 +172,17 @@ pub(super) fn degree(model: &Model, id: ExpressionId, elements: bool) -> Option<
 /// The offer for asks whose variables are linear and Gaussian.
 pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
     let mut sources: Vec<LinearEquation> = Vec::new();
-    let relevant = relevant(model, &asks);
+    let relevant = relevant_variables(model, &asks);
     let mut rest: Vec<FactorId> = model.factors.ids().collect();
     rest.retain(|id| relevant.contains(&model.factors[*id].left[0].variable));
-    let carried: Vec<(VariableId, VariableId)> = (model.variables.iter())
-        .filter_map(|(id, variable)| Some((variable.previous_of?, id)))
-        .filter(|(_, previous)| relevant.contains(previous))
-        .collect();
+    let is_relevant = |(_, previous): &(VariableId, VariableId)| relevant.contains(previous);
+    let carried: Vec<(VariableId, VariableId)> = carried(model).into_iter().filter(is_relevant).collect();
     // A carried variable without an initial form is at rest before the first instant.
     let (mut initial_sources, mut first) = (Vec::new(), Vec::new());
     for id in model.parents_first(&rest) {
         let factor = &model.factors[id];
         let variable = factor.left[0].variable;
-        let equation = |form: &Form, when: Vec<(ExpressionId, bool)>| {
+        let equation = |form: &Form, when: Vec<(ExpressionId, bool)>| -> Result<LinearEquation, Error> {
             let (mean, noise) = match form {
                 Form::Law { law: Law::Normal, arguments } => {
                     (Some(arguments[0]), Noise::Deviation(arguments[1]))
@@ -219,23 +192,26 @@ pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
                 }
                 Form::Dirac(value) => (Some(*value), Noise::None),
                 Form::Flat => (None, Noise::Flat),
-                _ => unreachable!("internal: a linear Gaussian model has normal and Dirac forms only"),
+                _ => {
+                    let head = model.head(factor);
+                    return Err(refused(model, &asks, &format!("`{head}` is not normal with a linear mean")));
+                }
             };
-            LinearEquation { variable, factor: id, when, mean, noise }
+            Ok(LinearEquation { variable, factor: id, when, mean, noise })
         };
         match &factor.form {
             form if model.variables[variable].previous_of.is_some() => {
-                initial_sources.push(equation(initial(form), Vec::new()));
+                initial_sources.push(equation(initial(form), Vec::new())?);
             }
             Form::Initial { first: form, later } => {
-                first.push(equation(form, Vec::new()));
-                sources.push(equation(later, Vec::new()));
+                first.push(equation(form, Vec::new())?);
+                sources.push(equation(later, Vec::new())?);
             }
             form => {
                 let mut forms = vec![(initial(form), Vec::new())];
                 while let Some((form, when)) = forms.pop() {
                     let Form::If { condition, then, otherwise } = form else {
-                        sources.push(equation(form, when));
+                        sources.push(equation(form, when)?);
                         continue;
                     };
                     let with = |holds: bool| [&when[..], &[(*condition, holds)]].concat();
@@ -259,24 +235,6 @@ pub(crate) fn offer(model: &Model, asks: Vec<Ask>) -> Result<Gaussian, Error> {
         fields,
         derivation,
     })
-}
-
-/// The ancestors of the searched and observed variables, now and before; all others are barren.
-pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
-    let mut relevant = BTreeSet::new();
-    let distributions = model.distributions();
-    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
-    let mut rest: Vec<VariableId> =
-        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
-    while let Some(variable) = rest.pop() {
-        if relevant.insert(variable) {
-            // A form may use fewer variables than its factor names.
-            let factor = distributions[variable.position()];
-            rest.extend(factor.into_iter().flat_map(|factor| of_form(model, factor)));
-            rest.extend(model.variables[variable].previous_of);
-        }
-    }
-    relevant
 }
 
 impl Gaussian {
@@ -314,7 +272,7 @@ impl strategies::Engine for ExtendedEngine {
         if ask.known.iter().any(virtually) {
             return Err(refused(model, asks, "virtual evidence is no observation of a real"));
         }
-        let (asks, carried) = (asks.to_vec(), over_time::carried(model));
+        let (asks, carried) = (asks.to_vec(), carried(model));
         Ok(Route::OverTime(OverTime { asks, carried, by: By::Extended }))
     }
 }
@@ -344,7 +302,7 @@ impl strategies::Engine for Engine {
         }
         let plain = Ask { statistic: Statistic::Distribution, when: When::Now, ..ask.clone() };
         let by = By::Gaussian(offer(model, vec![plain])?);
-        Ok(Route::OverTime(OverTime { asks: vec![ask.clone()], carried: over_time::carried(model), by }))
+        Ok(Route::OverTime(OverTime { asks: vec![ask.clone()], carried: carried(model), by }))
     }
 }
 

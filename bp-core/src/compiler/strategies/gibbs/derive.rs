@@ -2,7 +2,8 @@
 //!
 //! In: a route. Out: its lines: what is integrated out, what is drawn. Invariant: a form is named as in the program.
 
-use crate::equation::{Line, Notation, of_form};
+use crate::analysis::of_form;
+use crate::equation::{Line, Notation};
 use crate::ids::{FactorId, VariableId};
 use crate::model::Model;
 use crate::strategies::weighting::Sampled;

@@ -4,12 +4,10 @@
 //! form of theirs, and every form that reads them and matters for the observations, is normal or a Dirac with a mean that is linear
 //! in them, or flat; coefficients, deviations and conditions may depend on the others in any way.
 
-use crate::equation::{Scope, is_proper, of_form};
-use crate::ids::{FactorId, Id, VariableId};
+use crate::analysis::{Scope, ancestral_factors, is_linear_in, is_proper, of_form};
+use crate::ids::{FactorId, VariableId};
 use crate::model::{Form, Model};
-use crate::strategies::particles::is_linear_in;
 use crate::strategies::weighting::{Treatment, excludes, has_point};
-use std::collections::BTreeSet;
 
 /// The variables that are linear and Gaussian given the others; `known` are those with observations.
 pub(crate) fn integrated(
@@ -20,7 +18,7 @@ pub(crate) fn integrated(
 ) -> Vec<VariableId> {
     let constrains = |(factor, _): &&(FactorId, Treatment)| !may_follow(model, *factor);
     let constrained = steps.iter().filter(constrains).flat_map(|(factor, _)| left(model, *factor));
-    let factors = behind(model, known.iter().copied().chain(constrained).collect());
+    let factors = ancestral_factors(model, known.iter().copied().chain(constrained));
     let mut tied = Scope::new();
     for (factor, treatment) in steps {
         if let Treatment::Solved(dirac) = treatment {
@@ -49,20 +47,6 @@ pub(super) fn may_follow(model: &Model, factor: FactorId) -> bool {
 
 fn left(model: &Model, factor: FactorId) -> impl Iterator<Item = VariableId> {
     model.factors[factor].left.iter().map(|use_| use_.variable)
-}
-
-/// The factors of these variables and of their ancestors.
-fn behind(model: &Model, mut rest: Vec<VariableId>) -> BTreeSet<FactorId> {
-    let distributions = model.distributions();
-    let mut behind = BTreeSet::new();
-    while let Some(variable) = rest.pop() {
-        if let Some(factor) = distributions[variable.position()]
-            && behind.insert(factor)
-        {
-            rest.extend(of_form(model, factor));
-        }
-    }
-    behind
 }
 
 /// A variable that must be removed from the set for the sake of a factor.

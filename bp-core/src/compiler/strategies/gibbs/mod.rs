@@ -23,7 +23,7 @@ mod tails;
 pub(crate) use derive::derivation;
 pub(crate) use integrated::{chooses_labels, integrated};
 
-use crate::distribution::{Distribution, Setting};
+use crate::distribution::{Distribution, Setting, exponentiate};
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
@@ -218,10 +218,9 @@ impl Chain<'_> {
             self.values[site.slot] = value as f64;
             logarithms.push(self.blankets.ln_conditional(site, &mut self.values, &mut self.memory)?);
         }
-        let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let weights = logarithms.into_iter().map(|ln| (ln - most).exp()).collect();
+        exponentiate(&mut logarithms);
         // The current value has a positive density, so the weights are not all zero.
-        Ok(Distribution::Finite(weights).draw(&mut self.random).unwrap_or(before))
+        Ok(Distribution::Finite(logarithms).draw(&mut self.random).unwrap_or(before))
     }
 
     fn normal(&mut self, site: &Site) -> Result<Option<f64>, Error> {

@@ -5,12 +5,12 @@
 
 use super::blanket::{Node, Site};
 use super::finite_rest::{FiniteRest, Summand};
+use crate::analysis::is_linear_in;
 use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Form, Model};
 use crate::sample::Observations;
-use crate::strategies::particles::is_linear_in;
 use crate::strategies::weighting::Step;
 use std::collections::BTreeSet;
 

@@ -9,6 +9,7 @@
 //! derivative by one of them.
 
 use crate::exec::scalar::Scalar;
+use crate::radix;
 use pulp::NullaryFnOnce;
 use rayon::prelude::*;
 
@@ -70,19 +71,9 @@ impl Pool {
             return 0;
         }
         let start = self.offsets.len();
-        self.offsets.push(0);
-        for axis in axes {
-            let place = table.iter().position(|one| one == axis).expect("internal: the table has the axis");
-            let stride: usize = table[place + 1..].iter().map(|one| cardinalities[*one as usize]).product();
-            let (count, extent) = (self.offsets.len() - start, cardinalities[*axis as usize]);
-            self.offsets.resize(start + count * extent, 0);
-            for one in (0..count).rev() {
-                let offset = self.offsets[start + one];
-                for value in (0..extent).rev() {
-                    self.offsets[start + one * extent + value] = offset + (value * stride) as u32;
-                }
-            }
-        }
+        let extent = |one: &u32| cardinalities[*one as usize];
+        let axes = axes.iter().map(|axis| (extent(axis), radix::stride(table, axis, extent))).collect();
+        self.offsets.extend(radix::offsets(axes).map(|offset| offset as u32));
         start as u32
     }
 

@@ -69,7 +69,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     let mut draft = Draft::define(model, asks.to_vec(), options);
     draft.marginalise();
     draft.decompose();
-    draft.condition();
+    draft.condition().map_err(|error| error.to_string())?;
     remove_barren(&mut draft);
     let (mut factors, mut likelihoods) = (Vec::new(), Vec::new());
     for term in &draft.factors {

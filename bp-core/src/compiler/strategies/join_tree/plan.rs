@@ -14,6 +14,7 @@ use super::evidence::NetworkEvidence;
 use super::network::{FactorTable, Network};
 use super::problem::Problem;
 use super::session::Session;
+use crate::analysis::reached;
 use crate::elimination::Effort;
 use crate::error::Error;
 
@@ -185,14 +186,9 @@ impl<'n> Question<'n> {
         if network.table_of.iter().flatten().count() < network.tables.len() {
             return None;
         }
-        let mut included = vec![false; network.cardinalities.len()];
-        let mut rest: Vec<usize> = variables.chain(self.improper.iter().copied()).collect();
-        while let Some(one) = rest.pop() {
-            if !std::mem::replace(&mut included[one], true) {
-                rest.extend(network.parents(one));
-            }
-        }
-        Some((0..included.len()).filter(|one| included[*one]).collect())
+        let from = variables.chain(self.improper.iter().copied());
+        let found = reached(network.cardinalities.len(), from, |one, rest| rest.extend(network.parents(one)));
+        Some((0..found.len()).filter(|one| found[*one]).collect())
     }
 
     /// Groups of targets that cost less than the whole; `None` where there are none, or where the search would cost

@@ -7,6 +7,7 @@ use super::cell::normalise;
 use super::network::Network;
 use super::problem::Problem;
 use crate::exec::scalar::{Extended, Scalar};
+use crate::radix;
 
 /// The numbers of the tables that do not depend on the evidence.
 #[derive(Clone, Debug)]
@@ -41,18 +42,10 @@ impl<'n> Builder<'n> {
 
     /// Where the cells of some of a table's variables are, the last one fastest.
     fn offsets(&self, table: usize, variables: impl Iterator<Item = usize>) -> Vec<usize> {
-        let all = &self.network.tables[table].variables;
-        let mut offsets = vec![0];
-        for variable in variables {
-            let place = all.iter().position(|one| *one == variable).expect("internal: the table has it");
-            let stride: usize = all[place + 1..].iter().map(|one| self.network.cardinalities[*one]).product();
-            let extent = self.network.cardinalities[variable];
-            offsets = offsets
-                .into_iter()
-                .flat_map(|offset| (0..extent).map(move |value| offset + value * stride))
-                .collect();
-        }
-        offsets
+        let (all, extent) =
+            (&self.network.tables[table].variables, |one: &usize| self.network.cardinalities[*one]);
+        let axes = variables.map(|variable| (extent(&variable), radix::stride(all, &variable, extent)));
+        radix::offsets(axes.collect()).collect()
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::Mixture;
 use super::components::{Component, components};
-use crate::distribution::{Setting, ln_sum};
+use crate::distribution::{Setting, ln_sum, normalise};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
@@ -31,12 +31,9 @@ impl Prepared for Mixture {
             let reason = setting.zero_factor(&observations.values);
             return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
         }
-        // Divided by their sum: ln_total is rounded, and where it is large by more than the weights may differ from one.
-        let largest = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> = ln.iter().map(|ln| (ln - largest).exp()).collect();
-        let total: f64 = weights.iter().sum();
-        let weights = weights.into_iter().map(|weight| weight / total);
-        let weighted = Weighted { setting: &setting, all: weights.zip(&components).collect() };
+        let mut weights = ln;
+        normalise(&mut weights);
+        let weighted = Weighted { setting: &setting, all: weights.into_iter().zip(&components).collect() };
         let event =
             ask.known.iter().any(|known| matches!(known.evidence, Finding::Hard(_) | Finding::Virtual(_)));
         let event = event

@@ -3,15 +3,15 @@
 //! In: asks that know the same. Out: a [`Mixture`], or why not. Invariant: a real never is a parent of a finite variable,
 //! except of a predicate that is asked alone.
 
-use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy, of_form};
+use crate::analysis::{is_linear_in, of_form, relevant_factors};
+use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Ask, Finding, IndexSpace, Model, Question, Statistic};
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
-use crate::strategies::particles::is_linear_in;
 use crate::strategies::sums::is_mixed_at_value;
-use crate::strategies::weighting::{refused_factor, relevant};
+use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// The most components of a mixture.
@@ -50,7 +50,7 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     if model.variables.ids().all(|id| is_finite(&id)) {
         return one_kind();
     }
-    let factors = relevant(model, asks);
+    let factors = relevant_factors(model, asks);
     let predicate = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
         let alone = |ask: &Ask| ask.searched.len() == 1 && ask.searched[0].variable == left;

@@ -236,9 +236,11 @@ impl Asker<'_> {
         let instant = ask.when.is_every_instant().then(|| (self.index(), posterior.instant.to_string()));
         Ok(match &posterior.law {
             InstantLaw::Cloud { draws, kept, linear, .. } => {
+                // Draws of different instants differ.
+                let seed = self.case.sampling.seed;
+                let seed = if instant.is_some() { seed.wrapping_add(posterior.instant as u64) } else { seed };
                 let ask = &Ask { when: When::Now, ..ask.clone() };
-                let mut rows =
-                    sampled::rows(self.setting, ask, draws, kept, (linear, self.case.sampling.seed))?;
+                let mut rows = sampled::rows(self.setting, ask, draws, kept, (linear, seed))?;
                 rows.iter_mut().for_each(|row| row.values.splice(0..0, instant.clone()).for_each(drop));
                 rows
             }

@@ -5,13 +5,14 @@
 //! instant, taken at the mean before each observation.
 
 use super::{By, OverTime};
+use crate::analysis::relevant_variables;
 use crate::distribution::Setting;
 use crate::equation::Exact;
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::lower::{Lowered, NormalLowered, Phase, Step, lower_instant, lower_normal};
 use crate::model::{Finding, Model, Searched, Statistic, When};
-use crate::strategies::gaussian::{Extended, Filter, not_linearised, relevant};
+use crate::strategies::gaussian::{Extended, Filter, not_linearised};
 
 /// The kernel of an instant.
 #[derive(Clone, PartialEq, Debug)]
@@ -122,7 +123,7 @@ impl OverTime {
             let lowered = lower_instant(&step, &exact, name, guarded)?;
             return Ok(InstantCode::Chain { step, exact, lowered });
         }
-        let wanted = relevant(model, std::slice::from_ref(self.ask()));
+        let wanted = relevant_variables(model, std::slice::from_ref(self.ask()));
         lower_normal(model, self.ask(), (&self.carried, &wanted), phase, name).map(InstantCode::Normal)
     }
 }

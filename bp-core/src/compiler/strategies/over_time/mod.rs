@@ -14,7 +14,7 @@ pub(crate) use answer::of_instant;
 pub use code::InstantCode;
 pub use follow::Follower;
 pub use offer::{By, OverTime};
-pub(crate) use offer::{carried, check, check_sequence, not_of_normal, not_of_reals};
+pub(crate) use offer::{check, check_sequence, draws_reals, not_of_normal, not_of_reals};
 
 use crate::distribution::Setting;
 use crate::error::Error;

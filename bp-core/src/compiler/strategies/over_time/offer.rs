@@ -8,7 +8,8 @@
 //! read from the forms; a conditional P(Xₜ zₜ | X⁻¹) of the joint distribution would be undefined where P(X⁻¹) = 0.
 
 use super::answer::Instants;
-use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts, of_form};
+use crate::analysis::{carried, of_form};
+use crate::equation::{Line, Mark, Marked, Notation, Strategy, made_of_parts};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, DerivedKind, Finding, Known, Model, Question, Searched, Statistic, Value, When};
@@ -46,11 +47,6 @@ pub enum By {
         /// Whether draws are proposed by the linearised program.
         guided: bool,
     },
-}
-
-/// The variables carried from instant to instant: (X, X^-1).
-pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
-    model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
 }
 
 /// Refuses questions that no strategy answers over time.
@@ -134,6 +130,19 @@ fn with_value(model: &Model, ask: &Ask) -> Option<String> {
     Some(format!("over time the whole distribution is answered: search `{name}`, without a value"))
 }
 
+/// Whether an ask is for draws of reals, or for the mode of one: these are read from drawn values, and not from laws.
+pub(crate) fn draws_reals(model: &Model, ask: &Ask) -> bool {
+    let is_finite = |item: &Searched| model.variables[item.variable].domain.is_finite();
+    match (&ask.statistic, ask.searched.as_slice()) {
+        (_, searched) if searched.iter().all(is_finite) => false,
+        (Statistic::Draw(_), _) => true,
+        (Statistic::Argmax { nearest: None }, [only]) => {
+            model.components(only.variable) == 1 && model.variables[only.variable].family.is_none()
+        }
+        _ => false,
+    }
+}
+
 /// The reason why a statistic does not apply to particles, or to the laws of a sequence.
 pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
     if let Some(why) = with_value(model, ask) {
@@ -147,6 +156,7 @@ pub(crate) fn not_of_reals(model: &Model, ask: &Ask) -> Option<String> {
         }
         (_, Statistic::Distribution | Statistic::Expectation | Statistic::Variance) => return None,
         (_, Statistic::Quantile(_) | Statistic::Interval(_)) => return None,
+        (When::Filter | When::Predict(_) | When::Smooth, _) if draws_reals(model, ask) => return None,
         (
             When::Filter | When::Predict(_) | When::Smooth,
             Statistic::Argmax { nearest: None }

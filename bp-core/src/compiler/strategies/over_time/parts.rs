@@ -3,7 +3,8 @@
 //! In: the carried, observed and searched variables. Out: pieces of mathematics. Invariant: names and heads are those of
 //! the program.
 
-use crate::equation::{Notation, of_form};
+use crate::analysis::of_form;
+use crate::equation::Notation;
 use crate::ids::VariableId;
 use crate::model::Model;
 use std::collections::BTreeSet;

@@ -11,12 +11,13 @@
 //! steps: the iterated Kalman smoother (Bell, *SIAM Journal on Optimization* 4:626-636, 1994).
 
 use super::lead::Lead;
+use crate::analysis::relevant_variables;
 use crate::distribution::{Instance, LinearMean, Setting};
 use crate::error::Error;
 use crate::ids::Id;
 use crate::model::{Ask, Model};
 use crate::sample::Observations;
-use crate::strategies::gaussian::{SlotLaw, is_normal, relevant};
+use crate::strategies::gaussian::{SlotLaw, is_normal};
 use crate::strategies::over_time::Instant;
 use nalgebra::DMatrix;
 use std::collections::HashMap;
@@ -63,7 +64,7 @@ pub(crate) struct Guide {
 /// Whether particles can be guided: every hidden variable is real, and normal or a Dirac.
 pub(super) fn applies(model: &Model, ask: &Ask) -> bool {
     let known = |id| ask.known.iter().any(|known| known.variable == id);
-    relevant(model, std::slice::from_ref(ask)).into_iter().all(|id| {
+    relevant_variables(model, std::slice::from_ref(ask)).into_iter().all(|id| {
         let normal = || model.factor_of(id).is_none_or(|factor| is_normal(&model.factors[factor].form));
         Some(id) == model.plate_index() || known(id) || (!model.variables[id].domain.is_finite() && normal())
     })

@@ -6,10 +6,9 @@
 //!
 //! Doucet, de Freitas, Murphy and Russell, *Rao-Blackwellised particle filtering*, UAI 2000.
 
-use crate::equation::{Scope, of_form};
-use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::law::Law;
-use crate::model::{Form, Model};
+use crate::analysis::{Scope, is_linear_in, of_form};
+use crate::ids::{FactorId, VariableId};
+use crate::model::Model;
 
 /// The variables that are linear and Gaussian given the others.
 pub(crate) fn linear(model: &Model) -> Vec<VariableId> {
@@ -52,28 +51,4 @@ fn of_factor(model: &Model, id: FactorId, linear: &Scope) -> Option<VariableId> 
         is_linear_in(model, &factor.form, &without)
     };
     used.into_iter().find(enough).or(Some(left))
-}
-
-/// Whether a form is normal or a Dirac with a mean linear in these variables, and does not use them otherwise.
-pub(crate) fn is_linear_in(model: &Model, form: &Form, linear: &Scope) -> bool {
-    let of = |id: ExpressionId| model.degree(id, &|variable| linear.contains(&variable));
-    match form {
-        Form::Law { law: Law::Normal, arguments } => {
-            of(arguments[0]).is_some() && of(arguments[1]) == Some(0)
-        }
-        Form::NormalVector { mean, covariance } => {
-            of(*mean).is_some() && covariance.iter().flatten().all(|entry| of(*entry) == Some(0))
-        }
-        Form::Dirac(value) => of(*value).is_some(),
-        Form::If { condition, then, otherwise } => {
-            of(*condition) == Some(0)
-                && is_linear_in(model, then, linear)
-                && is_linear_in(model, otherwise, linear)
-        }
-        Form::Initial { first, later } => {
-            is_linear_in(model, first, linear) && is_linear_in(model, later, linear)
-        }
-        Form::Previous { at: None, otherwise, .. } => is_linear_in(model, otherwise, linear),
-        _ => false,
-    }
 }

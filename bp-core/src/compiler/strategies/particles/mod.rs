@@ -22,17 +22,18 @@ mod paths;
 
 pub(crate) use cloud::Cloud;
 pub(crate) use guide::Guide;
-pub(crate) use linear::{is_linear_in, linear};
+pub(crate) use linear::linear;
 pub(crate) use offer::Engine;
 pub(crate) use paths::{Path, Paths};
 
+use crate::analysis::relevant_variables;
 use crate::distribution::{Contexts, Instance, Setting};
 use crate::error::Error;
 use crate::ids::{Id, VariableId};
 use crate::model::{Ask, DerivedKind};
 use crate::progress::{self, Work};
 use crate::sample::{Observations, Sampling, Streams};
-use crate::strategies::gaussian::{SlotLaw, relevant};
+use crate::strategies::gaussian::SlotLaw;
 use crate::strategies::over_time::Instant;
 use crate::strategies::weighting::contexts;
 use rayon::prelude::*;
@@ -117,7 +118,9 @@ impl<'s> Moves<'s> {
                 model.variables[setting.variable_of(instance.left[0])].previous_of.is_some()
             });
         let mut matters = vec![false; model.variables.len()];
-        relevant(model, std::slice::from_ref(ask)).into_iter().for_each(|id| matters[id.position()] = true);
+        relevant_variables(model, std::slice::from_ref(ask))
+            .into_iter()
+            .for_each(|id| matters[id.position()] = true);
         let drawn = now
             .iter()
             .filter(|it| !is_linear[it.left[0]] && matters[setting.variable_of(it.left[0]).position()]);

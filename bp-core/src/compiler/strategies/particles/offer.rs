@@ -4,7 +4,7 @@
 //! offer answers. Where earlier instants are asked given later observations, nothing is integrated: paths are lists of values.
 
 use super::{guide, linear};
-use crate::equation::{Scope, of_form};
+use crate::analysis::{Scope, carried, of_form};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Known, Model, When};
@@ -20,13 +20,14 @@ impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
         let ask = &asks[0];
         over_time::check(model, ask)?;
-        let carried = over_time::carried(model);
+        let carried = carried(model);
         let reason = chain::refusal(model, ask, &carried);
         if reason.is_none() || ask.when == When::Sequence {
             over_time::check_sequence(model, ask)?;
         }
         let reason = reason.unwrap_or_else(|| "it is answered exactly, instant by instant".to_owned());
-        let linear = if ask.when.is_every_instant() { Vec::new() } else { linear(model) };
+        let all_drawn = ask.when.is_every_instant() || over_time::draws_reals(model, ask);
+        let linear = if all_drawn { Vec::new() } else { linear(model) };
         let why = over_time::not_of_reals(model, ask)
             .or_else(|| virtually(model, ask))
             .or_else(|| model.factors.values().find_map(|factor| refused_factor(model, factor)))

@@ -8,8 +8,8 @@ mod prepared;
 
 pub(crate) use impossible::{error as impossible, judged};
 
-use super::weighting::relevant;
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
+use crate::analysis::relevant_factors;
 use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
 use crate::error::Error;
 use crate::ids::FactorId;
@@ -22,7 +22,7 @@ impl super::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
         match turn.by_tree && !turn.forced {
             true => Err(refused(model, asks, "building a join tree takes less time than writing loops")),
-            false if relevant(model, asks).iter().any(|id| !model.earlier(*id).is_empty()) => {
+            false if relevant_factors(model, asks).iter().any(|id| !model.earlier(*id).is_empty()) => {
                 let reason = "a family depends on its own earlier elements: sums take them one by one, once its length is given";
                 Err(refused(model, asks, reason))
             }
@@ -38,7 +38,7 @@ impl super::Engine for Engine {
                     return Err(refused(model, asks, &reason));
                 }
                 let exact = equation::exact(model, asks.to_vec(), turn.options)?;
-                match relevant(model, asks).into_iter().find_map(|id| coupled(model, id)) {
+                match relevant_factors(model, asks).into_iter().find_map(|id| coupled(model, id)) {
                     Some(head) => {
                         let reason = format!("`{head}` distributes a vector, which has no kernel");
                         Err(refused(model, asks, &reason))

@@ -4,7 +4,8 @@
 //! inputs and are made once; a number outside the range of a form is an error that names the form.
 
 use super::super::{Case, Found, Prepared};
-use super::{by_tables, impossible, relevant};
+use super::{by_tables, impossible};
+use crate::analysis::relevant_factors;
 use crate::equation::{Exact, Mark};
 use crate::error::Error;
 use crate::exec::{Guarded, Lanes};
@@ -40,7 +41,7 @@ impl Kernels {
         let outputs: Vec<Output> = lowered.outputs.into_iter().filter(|it| it.ask.is_some()).collect();
         let texts = outputs.iter().flat_map(|output| &output.ask).map(|ask| model.ask_text(ask)).collect();
         let (ln_evidence, lanes) = (exact.ln_evidence, Lanes::new(lowered.kernel));
-        let mut diracs = relevant(model, &exact.asks);
+        let mut diracs = relevant_factors(model, &exact.asks);
         diracs.retain(|id| {
             let factor = &model.factors[*id];
             // A function's values beyond the range of numbers lie outside its domain.

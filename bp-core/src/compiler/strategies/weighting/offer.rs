@@ -10,9 +10,10 @@
 
 use super::preferred::{is_long, moves_reals};
 use super::refusal::{refused_ask, refused_factor};
-use crate::equation::{Group, Line, Notation, Strategy, is_proper, of_form};
+use crate::analysis::{ancestral_factors, is_proper, of_form, relevant_factors};
+use crate::equation::{Group, Line, Notation, Strategy};
 use crate::error::Error;
-use crate::ids::{ExpressionId, FactorId, Id, VariableId};
+use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
 use crate::strategies::conjugate::{Conjugate, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
@@ -85,7 +86,7 @@ fn offer(
     }
     let observed: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
-    let factors = with_improper(model, relevant(model, &asks));
+    let factors = with_improper(model, relevant_factors(model, &asks));
     // A vector that is distributed as a whole has no kernel, even where it is observed.
     let hidden_real = |id: &FactorId| {
         let left = &model.factors[*id].left;
@@ -185,24 +186,6 @@ fn is_hard(evidence: &Finding) -> bool {
     matches!(evidence, Finding::Hard(_) | Finding::Each)
 }
 
-/// The factors of the ancestors of the searched and known variables, parents first.
-pub(crate) fn relevant(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
-    let searched = asks.iter().flat_map(|ask| &ask.searched).map(|searched| searched.variable);
-    let mut rest: Vec<VariableId> =
-        searched.chain(asks[0].known.iter().map(|known| known.variable)).collect();
-    let mut wanted: BTreeSet<FactorId> = BTreeSet::new();
-    let distributions = model.distributions();
-    while let Some(variable) = rest.pop() {
-        if let Some(factor) = distributions[variable.position()]
-            && wanted.insert(factor)
-        {
-            // A form may use fewer variables than its factor names; a draw needs only those.
-            rest.extend(of_form(model, factor));
-        }
-    }
-    wanted.into_iter().collect()
-}
-
 /// Whether a factor has weights that may all be 0, which exclude values of its parents.
 pub(crate) fn excludes(model: &Model, id: FactorId) -> bool {
     let factor = &model.factors[id];
@@ -213,18 +196,11 @@ pub(crate) fn excludes(model: &Model, id: FactorId) -> bool {
 
 /// The same with the weights that may all be 0, which exclude values of their parents, and the ancestors of these.
 fn with_improper(model: &Model, factors: Vec<FactorId>) -> Vec<FactorId> {
-    let is_more = |id: &FactorId| excludes(model, *id) && !factors.contains(id);
+    let mut wanted: BTreeSet<FactorId> = factors.into_iter().collect();
+    let is_more = |id: &FactorId| excludes(model, *id) && !wanted.contains(id);
     let more: Vec<FactorId> = model.factors.ids().filter(is_more).collect();
-    if more.is_empty() {
-        return factors;
-    }
-    let mut wanted: BTreeSet<FactorId> = factors.iter().copied().collect();
-    let mut rest = more;
-    while let Some(id) = rest.pop() {
-        if wanted.insert(id) {
-            rest.extend(of_form(model, id).into_iter().filter_map(|variable| model.factor_of(variable)));
-        }
-    }
+    let variables = more.iter().flat_map(|id| &model.factors[*id].left).map(|use_| use_.variable);
+    wanted.extend(ancestral_factors(model, variables));
     wanted.into_iter().collect()
 }
 

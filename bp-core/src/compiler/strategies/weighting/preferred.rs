@@ -3,7 +3,7 @@
 //! In: a sampled route. Out: the preference. Invariant: it depends on the program and the question alone.
 
 use super::offer::{MANY, Sampled, Treatment};
-use crate::equation::of_form;
+use crate::analysis::of_form;
 use crate::ids::{FactorId, VariableId};
 use crate::model::Model;
 use std::collections::BTreeSet;

@@ -104,13 +104,12 @@ impl Checker<'_> {
             self.complain(at, message);
             return None;
         }
-        let mut place = Some(0);
-        for (key, (name, domain)) in row.keys.iter().zip(right) {
-            let ordinal = self.ordinal(key, domain, Some(name));
-            let count = domain.count().unwrap_or(1);
-            place = place.zip(ordinal).map(|(place, ordinal)| place * count + ordinal);
-        }
-        place
+        // Every key is checked, so that all mistakes are reported.
+        let digits = row.keys.iter().zip(right).map(|(key, (name, domain))| {
+            Some((self.ordinal(key, domain, Some(name))?, domain.count().unwrap_or(1)))
+        });
+        let digits: Vec<Option<(usize, usize)>> = digits.collect();
+        radix::position_inside(digits)
     }
 }
 

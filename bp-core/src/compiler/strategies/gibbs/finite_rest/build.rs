@@ -8,6 +8,7 @@ use crate::distribution::Setting;
 use crate::elimination;
 use crate::ids::Id;
 use crate::model::Form;
+use crate::radix;
 use std::collections::{BTreeSet, HashMap};
 
 /// The most cells of a step.
@@ -76,10 +77,7 @@ impl<'s> FiniteRest<'s> {
             let cells = extents.iter().try_fold(1usize, |cells, extent| cells.checked_mul(*extent));
             let Some(cells) = cells.filter(|cells| *cells <= MOST_CELLS) else { return Err(union) };
             let strides = |own: &[usize]| {
-                let stride = |slot: &usize| match own.iter().position(|other| other == slot) {
-                    Some(at) => own[at + 1..].iter().map(|slot| count(*slot)).product(),
-                    None => 0,
-                };
+                let stride = |slot: &usize| radix::stride(own, slot, |slot| count(*slot));
                 scope.iter().chain([&slot]).map(stride).collect::<Vec<usize>>()
             };
             let (mut tables, mut earlier) = (Vec::new(), Vec::new());

@@ -9,8 +9,9 @@
 
 mod build;
 
-use crate::distribution::{Distribution, Instance, Setting, choose, ln_sum};
+use crate::distribution::{Distribution, Instance, Setting, choose, exponentiate, ln_sum};
 use crate::error::Error;
+use crate::radix;
 use crate::random::Random;
 use rand::RngExt;
 use std::collections::{BTreeSet, HashMap};
@@ -141,11 +142,7 @@ impl<'s> FiniteRest<'s> {
         let before: Vec<f64> = template.parents.iter().map(|slot| values[*slot]).collect();
         let mut found = Ok(());
         for combination in 0..combinations {
-            let mut rest = combination;
-            for slot in template.parents.iter().rev() {
-                values[*slot] = (rest % count(slot)) as f64;
-                rest /= count(slot);
-            }
+            radix::assign(combination, &template.parents, |slot| count(&slot), values);
             match setting.distribution(&template.instance, values) {
                 Ok(distribution) => shared.distributions.push(distribution),
                 Err(error) => {
@@ -235,13 +232,13 @@ impl<'s> FiniteRest<'s> {
         joint.clear();
         joint.resize(step.count, 0.0);
         let position = |strides: &[usize]| {
-            let (mut rest, mut position) = (cell, 0);
-            for (slot, stride) in step.scope.iter().zip(strides).rev() {
-                let count = self.setting.count(self.setting.variable_of(*slot));
-                position += rest % count * stride;
-                rest /= count;
-            }
-            position
+            let scope = step.scope.iter().rev();
+            let counts = scope.map(|slot| self.setting.count(self.setting.variable_of(*slot)));
+            let strides = strides[..step.scope.len()].iter().rev();
+            radix::ordinals(cell, counts)
+                .zip(strides)
+                .map(|(ordinal, stride)| ordinal * stride)
+                .sum::<usize>()
         };
         let mut add = |start: usize, cells: &[f64], strides: &[usize]| {
             let start = start + if step.scope.is_empty() { 0 } else { position(strides) };
@@ -272,15 +269,14 @@ impl<'s> FiniteRest<'s> {
         for clump in clumps {
             let steps = &self.clumps[*clump].1;
             for step in steps.iter().rev() {
-                let digit = |cell: usize, slot: &usize| {
-                    cell * self.setting.count(self.setting.variable_of(*slot)) + values[*slot] as usize
+                let digit = |slot: &usize| {
+                    (values[*slot] as usize, self.setting.count(self.setting.variable_of(*slot)))
                 };
-                let cell = step.scope.iter().fold(0, digit);
+                let cell = radix::position(step.scope.iter().map(digit));
                 self.joint(step, steps, cell, memory, &mut joint);
-                let most = joint.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                let weights: Vec<f64> = joint.iter().map(|ln| (ln - most).exp()).collect();
-                let total: f64 = weights.iter().sum();
-                values[step.slot] = choose(&weights, random.random::<f64>() * total).unwrap_or(0) as f64;
+                exponentiate(&mut joint);
+                let total: f64 = joint.iter().sum();
+                values[step.slot] = choose(&joint, random.random::<f64>() * total).unwrap_or(0) as f64;
             }
         }
         Ok(())

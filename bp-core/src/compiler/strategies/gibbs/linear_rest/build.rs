@@ -154,23 +154,22 @@ impl<'s> LinearRest<'s> {
         let mut alike: BTreeMap<(Option<usize>, Vec<usize>), Vec<Row>> = BTreeMap::new();
         let mut others = Vec::new();
         for mut row in std::mem::take(&mut self.rows) {
-            let (Some(known), None, false) = (&mut row.known, row.unknown, row.deviation == Deviation::Own)
-            else {
-                others.push(row);
-                continue;
-            };
-            let shared = match row.deviation {
-                Deviation::Known(deviation) => {
+            let shared = match (&mut row.known, row.unknown, row.deviation) {
+                (Some(known), None, Deviation::Known(deviation)) => {
                     known.terms.iter_mut().for_each(|(_, coefficient)| *coefficient /= deviation);
                     known.constant /= deviation;
                     self.ln_constant -= deviation.ln();
                     row.deviation = Deviation::Known(1.0);
                     None
                 }
-                Deviation::Shared(shared) => Some(shared),
-                Deviation::Own => unreachable!("internal: it is among the others"),
+                (Some(_), None, Deviation::Shared(shared)) => Some(shared),
+                _ => {
+                    others.push(row);
+                    continue;
+                }
             };
-            let support = known.terms.iter().map(|(unknown, _)| *unknown).collect();
+            let support =
+                row.known.iter().flat_map(|known| &known.terms).map(|(unknown, _)| *unknown).collect();
             alike.entry((shared, support)).or_default().push(row);
         }
         for ((shared, support), rows) in alike {
