@@ -2,7 +2,8 @@
 //!
 //! In: figures. Out: headings and texts, which are those of `bp ask`. Without node the test says that it was skipped.
 
-use crate::javascript::{run, web};
+use crate::javascript::web;
+use crate::node::run;
 use serde_json::{Value, json};
 use std::process::Command;
 

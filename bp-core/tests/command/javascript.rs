@@ -1,119 +1,18 @@
-//! Every exact answer as JavaScript: node computes what the interpreter computes.
+//! Pages that compute their answers: node shows the rows of `bp ask`.
 //!
-//! In: the programs of `examples/`, `bvm/models/` and `tests/programs/`, at their default sizes. Out: pass or fail.
-//! Invariant: each function of the emitted module gives the numbers of its kernel within 1e-12, at several inputs, also
-//! when it is called again after only one of them has changed. Without node the test says that it was skipped.
+//! In: the programs of `examples/`, with values of their controls. Out: pass or fail. Invariant: the numbers of a page are those of
+//! the library within 1e-12. Without node the tests say that they were skipped.
 
+use crate::node;
 use bp_core::compiler::answer::{Row, compile_sized, link};
-use bp_core::compiler::emit::javascript::emit_javascript;
-use bp_core::compiler::exec::{Inputs, Lanes, Outputs, interpret};
 use bp_core::compiler::interactive::{Control, Kind, given, interactive, opened};
-use bp_core::compiler::kernel::{Kernel, Numbers, OutputKey, Reduce, Role};
-use bp_core::compiler::lower::lower;
-use bp_core::compiler::plan::{Options, Route, plan};
+use bp_core::compiler::plan::Options;
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::compile;
 use bp_core::program::settings::Settings;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Stdio};
-
-/// Reads the texts of modules and cases from stdin; `module` imports a text.
-const IMPORTS: &str = r#"
-const fs = require("fs");
-const { text, answer, cases } = JSON.parse(fs.readFileSync(0, "utf8"));
-const module = async (text) => {
-    const folder = fs.mkdtempSync(require("path").join(require("os").tmpdir(), "bp-"));
-    fs.writeFileSync(`${folder}/module.mjs`, text);
-    try {
-        return await import(`${folder}/module.mjs`);
-    } finally {
-        fs.rmSync(folder, { recursive: true });
-    }
-};
-"#;
-
-/// Prints the outputs of each case; numbers that JSON lacks are words.
-const RUNNER: &str = r#"
-const word = (number) => (Number.isFinite(number) ? number : String(number));
-module(text).then((functions) => {
-    const found = cases.map(({ name, inputs }) => {
-        const { answers, lnEvidence } = functions[name](inputs);
-        return { answers: answers.map((array) => Array.from(array, word)), lnEvidence };
-    });
-    console.log(JSON.stringify(found));
-});
-"#;
-
-/// Iterations of a kernel above which the lanes stand for the interpreter, which they are tested against elsewhere.
-const MANY: usize = 200_000;
-
-/// A case: a kernel, the name of its function, and its inputs.
-struct Case<'k> {
-    kernel: &'k Kernel,
-    name: String,
-    inputs: BTreeMap<String, Vec<f64>>,
-}
-
-/// Values of the inputs of a kernel, different for each round; those with a default keep it in the first round.
-fn inputs(kernel: &Kernel, round: usize) -> BTreeMap<String, Vec<f64>> {
-    let mut given = BTreeMap::new();
-    for (_, buffer) in kernel.buffers.iter() {
-        let Role::Input { default, .. } = &buffer.role else { continue };
-        let count = buffer.axes.iter().map(|axis| kernel.axes[*axis].extent.known().unwrap()).product();
-        let number = |cell: usize| match (buffer.values.as_ref().map(|values| &values.numbers), default) {
-            (Some(Numbers::Whole { first, count }), _) => {
-                let count: usize = count.iter().map(|extent| extent.known().unwrap()).product();
-                (first + ((7 * round + cell + count / 3) % count) as i64) as f64
-            }
-            (Some(Numbers::Bins(bins)), _) => bins.centre((7 * round + cell + 1) % bins.count()),
-            (Some(Numbers::Real), _) => 0.5 + 0.75 * (round + cell) as f64,
-            (None, Some(default)) => default * (1.0 - 0.03 * round as f64),
-            (None, None) => 0.2 + 0.01 * ((3 * round + cell) % 7) as f64,
-        };
-        given.insert(buffer.name.clone(), (0..count).map(number).collect());
-    }
-    given
-}
-
-/// The kernels of the exact answers of a program, with the questions' names.
-fn kernels(path: &Path) -> Vec<(String, Kernel)> {
-    let source = Source::new(path.display().to_string(), std::fs::read_to_string(path).unwrap());
-    // Some of the programs are wrong alone: they are parts of tests.
-    let Ok(model) = compile(&source) else { return Vec::new() };
-    let Ok(model) = link(&model) else { return Vec::new() };
-    let mut kernels = Vec::new();
-    for question in model.questions.values() {
-        let Ok(plan) = plan(&model, question, Options::default()) else { continue };
-        for route in &plan.routes {
-            // A form that is still to be learned has no kernel.
-            if let Route::Exact(exact) = route
-                && let Ok(lowered) = lower(&model, exact, &question.name)
-            {
-                kernels.push((format!("{}: {}", path.display(), question.name), lowered.kernel));
-            }
-        }
-    }
-    kernels
-}
-
-fn truth(kernel: &Kernel, given: &BTreeMap<String, Vec<f64>>) -> Outputs<f64> {
-    let inputs = given.iter().fold(Inputs::new(), |inputs, (name, numbers)| inputs.array(name, numbers));
-    let work: usize = (kernel.nests.iter())
-        .map(|nest| {
-            let folded = match &nest.reduce {
-                Reduce::Fold(_, axes) => axes.as_slice(),
-                _ => &[],
-            };
-            let all = kernel.buffers[nest.out].axes.iter().chain(folded);
-            all.map(|axis| kernel.axes[*axis].extent.known().unwrap()).product::<usize>()
-        })
-        .sum();
-    let run = if work > MANY { Lanes::new(kernel.clone()).run(&inputs) } else { interpret(kernel, &inputs) };
-    run.unwrap_or_else(|error| panic!("{}: {error}", kernel.name))
-}
 
 fn number(value: &Value) -> f64 {
     match value {
@@ -126,99 +25,6 @@ fn is_near(found: f64, expected: f64) -> bool {
     found == expected
         || found.is_nan() && expected.is_nan()
         || (found - expected).abs() <= 1e-12 * expected.abs().max(1e-3)
-}
-
-#[test]
-fn every_exact_kernel_is_computed_by_node() {
-    if Command::new("node").arg("--version").output().is_err() {
-        return println!("skipped: there is no program `node`");
-    }
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut paths: Vec<_> = ["examples", "bvm/models", "tests/programs"]
-        .iter()
-        .flat_map(|folder| std::fs::read_dir(root.join(folder)).unwrap())
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "bp"))
-        .collect();
-    paths.sort();
-    let (mut count, mut refused) = (0, Vec::new());
-    for path in paths {
-        let (mut sized, mut labels) = (Vec::new(), Vec::new());
-        for (label, kernel) in kernels(&path) {
-            let kernel = kernel.with_default_sizes().unwrap();
-            match emit_javascript(std::slice::from_ref(&kernel)) {
-                Ok(_) => {
-                    sized.push(kernel);
-                    labels.push(label);
-                }
-                Err(reason) => refused.push(format!("{label}: {reason}")),
-            }
-        }
-        let emitted = emit_javascript(&sized).unwrap();
-        let mut cases = Vec::new();
-        for (kernel, name) in sized.iter().zip(&emitted.names) {
-            let first = inputs(kernel, 0);
-            cases.push(Case { kernel, name: name.clone(), inputs: first.clone() });
-            // One input after the other changes.
-            let mut given = first;
-            for (round, (input, numbers)) in inputs(kernel, 1).into_iter().enumerate().take(2) {
-                given.insert(input, numbers);
-                if round == 0 || kernel.nests.len() < 20 {
-                    cases.push(Case { kernel, name: name.clone(), inputs: given.clone() });
-                }
-            }
-        }
-        let asked: Vec<Value> =
-            cases.iter().map(|case| json!({ "name": case.name, "inputs": case.inputs })).collect();
-        let found = run(RUNNER, &json!({ "text": emitted.module(), "cases": asked }));
-        for (case, found) in cases.iter().zip(&found) {
-            let truth = truth(case.kernel, &case.inputs);
-            let mut answers = found["answers"].as_array().unwrap().iter();
-            for (key, cells) in &truth.arrays {
-                match key {
-                    OutputKey::Ask(_) => {
-                        let numbers = answers.next().unwrap().as_array().unwrap();
-                        assert_eq!(numbers.len(), cells.len(), "{}: {}", path.display(), case.name);
-                        for (cell, (found, expected)) in numbers.iter().zip(cells).enumerate() {
-                            let found = number(found);
-                            let place = format!("{}: {}[{cell}]", path.display(), case.name);
-                            assert!(is_near(found, *expected), "{place} is {found}, not {expected}");
-                        }
-                    }
-                    _ => assert!(
-                        is_near(number(&found["lnEvidence"]), cells[0]),
-                        "{}: {}",
-                        path.display(),
-                        case.name
-                    ),
-                }
-            }
-            count += 1;
-        }
-    }
-    assert!(count >= 60, "only {count} cases");
-    // Those that are refused read a grid, a set without a size, or intervals without a function.
-    for reason in &refused {
-        let known = ["is given at run time", "displacements on a grid", "an interval under"];
-        assert!(known.iter().any(|known| reason.contains(known)), "{reason}");
-    }
-    println!("{count} cases; refused:\n{}", refused.join("\n"));
-}
-
-/// What a program of node prints for an input.
-pub(crate) fn run(program: &str, given: &Value) -> Vec<Value> {
-    let mut node = Command::new("node")
-        .args(["-e", &format!("{IMPORTS}{program}")])
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    node.stdin.take().unwrap().write_all(given.to_string().as_bytes()).unwrap();
-    let output = node.wait_with_output().unwrap();
-    let messages = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{messages}");
-    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 /// A question as a page asks it: how it is read, the values of its controls, and the rows and ln P(evidence) of `ask`.
@@ -301,7 +107,7 @@ fn difference(found: &Value, expected: &Value) -> Option<String> {
 
 #[test]
 fn pages_show_the_rows_of_ask() {
-    if Command::new("node").arg("--version").output().is_err() {
+    if !node::is_there() {
         return println!("skipped: there is no program `node`");
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
@@ -315,7 +121,7 @@ fn pages_show_the_rows_of_ask() {
         let cases: Vec<Value> = (readings.iter())
             .map(|reading| json!({ "moving": reading.moving, "values": reading.values }))
             .collect();
-        let found = run(READER, &json!({ "text": text, "answer": answer, "cases": cases }));
+        let found = node::run(READER, &json!({ "text": text, "answer": answer, "cases": cases }));
         for (reading, found) in readings.iter().zip(&found) {
             let place = format!("{}: {} {:?}", path.display(), reading.moving["text"], reading.values);
             let found = found.as_array().unwrap();
@@ -339,7 +145,7 @@ fn pages_show_the_rows_of_ask() {
 
 #[test]
 fn special_functions_have_the_stated_accuracy() {
-    if Command::new("node").arg("--version").output().is_err() {
+    if !node::is_there() {
         return println!("skipped: there is no program `node`");
     }
     // Of mpmath 1.3, with 50 digits at the f64 given here; more of them are in `tests/laws/special_functions`.
@@ -370,7 +176,7 @@ fn special_functions_have_the_stated_accuracy() {
     "#;
     let text = web("functions.js");
     let asked: Vec<Value> = cases.iter().map(|(name, x, ..)| json!([name, x])).collect();
-    let found = run(reader, &json!({ "text": text, "cases": asked }));
+    let found = node::run(reader, &json!({ "text": text, "cases": asked }));
     for ((name, x, exact, bound), found) in cases.iter().zip(&found) {
         let error = ((number(found) - exact) / exact).abs();
         assert!(error <= *bound, "{name}({x}) is {found}, not {exact}: {error:e}");

@@ -15,6 +15,8 @@ mod learn;
 mod lsp;
 mod mistakes;
 mod networks;
+#[path = "../support/node.rs"]
+mod node;
 mod plots;
 mod rows;
 #[cfg(feature = "serve")]

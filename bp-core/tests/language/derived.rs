@@ -3,6 +3,7 @@
 //! In: programs and questions. Out: probabilities and moments. Invariant: expected values are counted or computed by
 //! hand; values of Φ are those of mpmath at 50 digits.
 
+use crate::support::agrees;
 use bp_core::Error;
 use bp_core::prelude::*;
 
@@ -19,10 +20,6 @@ fn number(program: &Program, question: &str) -> f64 {
 
 fn number_of(answer: &Posterior) -> f64 {
     answer.number().unwrap_or_else(|error| panic!("{answer}: {error}"))
-}
-
-fn close(found: f64, expected: f64, question: &str) {
-    assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1e-3), "{question}: {found} ≠ {expected}");
 }
 
 /// Counted among 36 outcomes.
@@ -47,17 +44,17 @@ fn predicates_and_functions_of_dice() {
             ("P(First - Second = -5)", 1.0 / 36.0),
             ("P(abs(First - Second) <= 1)", 16.0 / 36.0),
         ] {
-            close(number(&dice, question), expected, question);
+            agrees(number(&dice, question), expected, question);
         }
         let sum = dice.ask("P(First + Second)").unwrap();
-        close(sum.p(7).unwrap(), 6.0 / 36.0, "sum");
-        close(sum.p(12).unwrap(), 1.0 / 36.0, "sum");
+        agrees(sum.p(7).unwrap(), 6.0 / 36.0, "sum");
+        agrees(sum.p(12).unwrap(), 1.0 / 36.0, "sum");
         let first = dice.ask("P(First | First + Second = 4)").unwrap();
-        close(first.p(2).unwrap(), 1.0 / 3.0, "first");
+        agrees(first.p(2).unwrap(), 1.0 / 3.0, "first");
         assert_eq!(first.p(4).unwrap(), 0.0);
         let all = dice.ask_all("tens").unwrap();
-        close(all[0].p(6).unwrap(), 0.5, "tens");
-        close(number_of(&all[1]), 12.25, "tens");
+        agrees(all[0].p(6).unwrap(), 0.5, "tens");
+        agrees(number_of(&all[1]), 12.25, "tens");
     }
 }
 
@@ -111,11 +108,11 @@ fn predicates_of_linear_gaussian_programs_are_exact() {
         // −Φ(1) ln Φ(1) − Φ(−1) ln Φ(−1)
         ("entropy P(B > 1)", 0.437_433_240_927_119_1),
     ] {
-        close(number(&program, question), expected, question);
+        agrees(number(&program, question), expected, question);
     }
     // T − A given nothing has the law of minus the noise of A.
-    close(number(&program, "expectation P(T - A)") + 1.0, 1.0, "mean");
-    close(number(&program, "variance P(T - A)"), 1.0, "variance");
+    agrees(number(&program, "expectation P(T - A)") + 1.0, 1.0, "mean");
+    agrees(number(&program, "variance P(T - A)"), 1.0, "variance");
 }
 
 /// The level is N(0, 1) before the first instant and moves by N(0, 1): a prior of variance 2, K = 2/3, mean 2, variance 2/3.
@@ -128,8 +125,8 @@ fn predicates_over_time() {
     .unwrap();
     let asked = program.question("filter P(L > 3 | Z)").unwrap();
     let answer = asked.over(&[evidence! { Z: 3.0 }]).unwrap();
-    close(number_of(&answer), 0.110_335_680_959_923_4, "filter");
-    close(answer.p(true).unwrap(), 0.110_335_680_959_923_4, "filter");
+    agrees(number_of(&answer), 0.110_335_680_959_923_4, "filter");
+    agrees(answer.p(true).unwrap(), 0.110_335_680_959_923_4, "filter");
     // Three values, each of which stays with probability 0.5 or changes to one of the others with 0.25; observed with 0.8, else 0.1.
     // First instant: X = 2 with 8/10. Second: 0.8 · 0.5 + 0.2 · 0.25 = 0.45 before, 0.36 / (0.36 + 0.055) after seeing 2.
     let steps = Program::parse(
@@ -143,7 +140,7 @@ fn predicates_over_time() {
     .unwrap();
     let asked = steps.question("filter P(X > 1 | Z)").unwrap();
     let answer = asked.over(&[evidence! { Z: 2 }, evidence! { Z: 2 }]).unwrap();
-    close(number_of(&answer), 0.36 / 0.415, "steps");
+    agrees(number_of(&answer), 0.36 / 0.415, "steps");
 }
 
 const SENSORS: &str = "program Sensors { variables { S : bool; Y[1..=3] : bool; }
@@ -169,11 +166,11 @@ fn elements_of_families() {
         ] {
             let answer = sensors.ask(question).unwrap_or_else(|error| panic!("{question}: {error}"));
             let found = answer.p(true).unwrap_or_else(|_| number_of(&answer));
-            close(found, expected, question);
+            agrees(found, expected, question);
         }
         let asked = sensors.question("P(Y[3] | Y[1..=2] = y)").unwrap();
         let answer = asked.given("y", vec![true, true]).unwrap().ask().unwrap();
-        close(answer.p(true).unwrap(), two, "slice");
+        agrees(answer.p(true).unwrap(), two, "slice");
     }
 }
 
@@ -187,7 +184,7 @@ fn elements_of_a_set() {
     )
     .unwrap();
     let program = program.with("Rooms", 3).unwrap();
-    close(program.ask("P(Hot | Alarm[2] = true)").unwrap().p(true).unwrap(), 0.27 / 0.41, "set");
+    agrees(program.ask("P(Hot | Alarm[2] = true)").unwrap().p(true).unwrap(), 0.27 / 0.41, "set");
     let Err(error) = program.ask("P(Hot | Alarm[3] = true)") else { panic!("an element that is not there") };
     assert!(error.to_string().contains("`Alarm` has 3 elements, counted from 0"), "{error}");
 }
@@ -232,17 +229,17 @@ fn linear_gaussian_families_are_exact_in_part_and_whole() {
         number_of(&asked.ask().unwrap_or_else(|error| panic!("{question}: {error}")))
     };
     let y = [1.0, 2.0, 3.0];
-    close(given("expectation P(A | Y[1..=3] = y)", &y), 152.0 / 165.0, "slope");
-    close(given("variance P(A | Y[1..=3] = y)", &y), 13.0 / 165.0, "slope");
-    close(given("expectation P(Y[4] | Y[1..=3] = y)", &y), 632.0 / 165.0, "next");
-    close(given("variance P(Y[4] | Y[1..=3] = y)", &y), 0.25 + 73.0 / 165.0, "next");
+    agrees(given("expectation P(A | Y[1..=3] = y)", &y), 152.0 / 165.0, "slope");
+    agrees(given("variance P(A | Y[1..=3] = y)", &y), 13.0 / 165.0, "slope");
+    agrees(given("expectation P(Y[4] | Y[1..=3] = y)", &y), 632.0 / 165.0, "next");
+    agrees(given("variance P(Y[4] | Y[1..=3] = y)", &y), 0.25 + 73.0 / 165.0, "next");
     // The fourth point adds x xᵀ / 0.25 with x = (4, 1), y = 4: precision [[121, 40], [40, 17]], Xᵀy / 0.25 = (120, 40).
     let whole = given("expectation P(A | Y = y)", &[1.0, 2.0, 3.0, 4.0]);
-    close(whole, (17.0 * 120.0 - 40.0 * 40.0) / (121.0 * 17.0 - 1600.0), "whole");
+    agrees(whole, (17.0 * 120.0 - 40.0 * 40.0) / (121.0 * 17.0 - 1600.0), "whole");
     // One element alone: Y[1] = A + B + noise has the variance 2.25, and the covariance 1 with A.
-    close(number(&line, "expectation P(A | Y[1] = 9)"), 4.0, "alone");
+    agrees(number(&line, "expectation P(A | Y[1] = 9)"), 4.0, "alone");
     // Φ((632/165 − 4) / √(1/4 + 73/165)), by mpmath.
-    close(given("P(Y[4] > 4 | Y[1..=3] = y)", &y), 0.419_202_846_355_952_4, "above");
+    agrees(given("P(Y[4] > 4 | Y[1..=3] = y)", &y), 0.419_202_846_355_952_4, "above");
 }
 
 /// The mean of the schools has the precision 1/25 + 1/(4 + 15²) + 1/(4 + 10²) after two of them.
@@ -278,8 +275,8 @@ fn an_index_may_be_a_variable() {
          forms { P(K) = uniform; P(Y[i]) = bernoulli(0.2 * i); P(X | K Y) = dirac(Y[K]); } }",
     )
     .unwrap();
-    close(program.ask("P(Y[2] | X = true)").unwrap().p(true).unwrap(), 0.6, "pick");
-    close(
+    agrees(program.ask("P(Y[2] | X = true)").unwrap().p(true).unwrap(), 0.6, "pick");
+    agrees(
         program.ask("P(X | Y[1] = true, Y[3] = false)").unwrap().p(true).unwrap(),
         (1.0 + 0.4) / 3.0,
         "pick",
@@ -294,12 +291,12 @@ fn long_families_are_answered_element_by_element() {
     let mut seen = vec![false; 199];
     let answer = asked.given("y", seen.clone()).unwrap().ask().unwrap();
     let odds = 3.0 / 7.0 * 0.125f64.powi(199);
-    close(answer.p(true).unwrap(), (0.2 + 0.9 * odds) / (1.0 + odds), "all false");
+    agrees(answer.p(true).unwrap(), (0.2 + 0.9 * odds) / (1.0 + odds), "all false");
     // 51 of 199 are true: the odds of S are 3/7 · 4.5⁵¹ · 0.125¹⁴⁸.
     seen[..51].fill(true);
     let answer = asked.given("y", seen).unwrap().ask().unwrap();
     let odds = (3.0f64 / 7.0).ln() + 51.0 * 4.5f64.ln() + 148.0 * 0.125f64.ln();
-    close(answer.p(true).unwrap(), (0.2 + 0.9 * odds.exp()) / (1.0 + odds.exp()), "some true");
+    agrees(answer.p(true).unwrap(), (0.2 + 0.9 * odds.exp()) / (1.0 + odds.exp()), "some true");
 }
 
 #[test]
@@ -320,7 +317,7 @@ fn values_and_families_of_sizes_given_when_asked() {
         forms { P(K) = uniform; P(G[i] | K) = bernoulli(if i = K { 0.75 } else { 0.25 }); P(T | K) = bernoulli(1 / K); } }"
         .replace("if i = K", "if i == K");
     let program = Program::parse(&text).unwrap().with("N", 3).unwrap();
-    close(number(&program, "P(T = true | K = 3)"), 1.0 / 3.0, "inside");
+    agrees(number(&program, "P(T = true | K = 3)"), 1.0 / 3.0, "inside");
     for by in ["sums", "join_tree", "weighting"] {
         let program = program.clone().by(by).unwrap();
         for question in ["P(T = true | K = 4)", "P(K = 9)"] {
@@ -333,7 +330,7 @@ fn values_and_families_of_sizes_given_when_asked() {
     }
     // The whole family, whose length is known when it is asked: G[1] is true with probability 0.75, the others with 0.25.
     let whole = program.clone().by("join_tree").unwrap().ask("P(G | K = 1)").unwrap();
-    close(whole.p([true, false, false]).unwrap(), 0.75f64.powi(3), "the whole family");
+    agrees(whole.p([true, false, false]).unwrap(), 0.75f64.powi(3), "the whole family");
 }
 
 /// An element over time is read from its own column, beside columns of other elements.
@@ -359,7 +356,7 @@ fn an_element_over_time_is_read_from_its_column() {
     ] {
         let question = program.question(&format!("filter P(X | {known})")).unwrap();
         let found = question.over_table(&table).unwrap();
-        close(found.p(true).unwrap(), expected, known);
+        agrees(found.p(true).unwrap(), expected, known);
     }
     let error =
         program.question("filter P(X | G[1] = true)").unwrap().over_table(&table).unwrap_err().to_string();

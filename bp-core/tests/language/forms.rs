@@ -3,7 +3,7 @@
 //! In: one-factor programs. Out: their answers. Invariant: expected values are computed by hand, or from densities and
 //! cumulative distributions that are tested against statrs.
 
-use crate::support::{model_of, question};
+use crate::support::{all_near, model_of, question};
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::law::Law;
@@ -18,14 +18,6 @@ fn answer(domain: &str, form: &str, text: &str) -> Vec<f64> {
     let answers = ask(&model, &question(&model, text), &Inputs::new())
         .unwrap_or_else(|error| panic!("{form}: {error}"));
     answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
-}
-
-#[track_caller]
-fn near(found: &[f64], expected: &[f64], tolerance: f64) {
-    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-    for (p, q) in found.iter().zip(expected) {
-        assert!((p - q).abs() <= tolerance, "{found:?}, expected {expected:?}");
-    }
 }
 
 const KNOWN: &str = "A = true, B = false, K = 2";
@@ -61,7 +53,7 @@ fn laws_of_reals_are_densities() {
     for (form, law, parameters) in &LAWS[..13] {
         for x in [0.25, 0.75, 3.5, -1.0] {
             let found = answer("real", form, &format!("P(X = {x} | {KNOWN})"));
-            near(&found, &[law.density(x, parameters)], 1e-13);
+            all_near(&found, &[law.density(x, parameters)], 1e-13);
         }
     }
 }
@@ -70,7 +62,7 @@ fn laws_of_reals_are_densities() {
 fn laws_over_integers_are_their_densities_normalised() {
     for (form, law, parameters) in LAWS.iter().filter(|(_, law, _)| *law != Law::Beta) {
         let expected = normalised((0..=6).map(|x| law.density(f64::from(x), parameters)).collect());
-        near(&answer("0..=6", form, &format!("P(X | {KNOWN})")), &expected, 1e-13);
+        all_near(&answer("0..=6", form, &format!("P(X | {KNOWN})")), &expected, 1e-13);
     }
 }
 
@@ -82,7 +74,7 @@ fn laws_over_bins_are_their_masses() {
             .windows(2)
             .map(|bin| law.cumulative(bin[1], parameters) - law.cumulative(bin[0], parameters));
         // Five Gauss–Legendre points are exact to 1e-9 here; closed forms to rounding.
-        near(
+        all_near(
             &answer("bins(0, 1, 10)", form, &format!("P(X | {KNOWN})")),
             &normalised(masses.collect()),
             2e-9,
@@ -92,7 +84,7 @@ fn laws_over_bins_are_their_masses() {
     let masses = edges.windows(2).map(|bin| {
         Law::Weibull.cumulative(bin[1], &[1.5, 2.0]) - Law::Weibull.cumulative(bin[0], &[1.5, 2.0])
     });
-    near(
+    all_near(
         &answer("bins[0, 0.5, 3]", "weibull(1.5, 2)", &format!("P(X | {KNOWN})")),
         &normalised(masses.collect()),
         1e-12,
@@ -104,10 +96,10 @@ fn laws_on_a_circle_go_the_shorter_way_round() {
     // Around 355°, 5° is as far as 345°.
     let found = answer("circle(0, 360, 36)", "normal(355, 20)", &format!("P(X | {KNOWN})"));
     assert_eq!(found[35], found.iter().copied().fold(0.0, f64::max));
-    near(&[found[0], found[1]], &[found[34], found[33]], 1e-14);
+    all_near(&[found[0], found[1]], &[found[34], found[33]], 1e-14);
     let found = answer("circle(0, 360, 36)", "von_mises(355, 3)", &format!("P(X | {KNOWN})"));
     let angle = |bin: i32| (f64::from(10 * bin + 5) - 355.0).to_radians();
-    near(&found, &normalised((0..36).map(|bin| (3.0 * angle(bin).cos()).exp()).collect()), 1e-13);
+    all_near(&found, &normalised((0..36).map(|bin| (3.0 * angle(bin).cos()).exp()).collect()), 1e-13);
 }
 
 #[test]
@@ -149,19 +141,19 @@ fn truncated_laws_are_normalised_between_their_bounds() {
     let cut = |x: f64| Law::Normal.density(x, &[2.0, 1.5]);
     let total = Law::Normal.cumulative(3.0, &[2.0, 1.5]) - Law::Normal.cumulative(1.0, &[2.0, 1.5]);
     let of = |x: f64| answer("real", "truncated(normal(2, 1.5), 1, 3)", &format!("P(X = {x} | {KNOWN})"))[0];
-    near(&[of(1.5), of(0.9), of(3.1)], &[cut(1.5) / total, 0.0, 0.0], 1e-13);
+    all_near(&[of(1.5), of(0.9), of(3.1)], &[cut(1.5) / total, 0.0, 0.0], 1e-13);
     let found = answer("0..=6", "truncated(normal(2, 1.5), 1, 3)", &format!("P(X | {KNOWN})"));
     let expected = normalised(
         (0..=6).map(f64::from).map(|x| if (1.0..=3.0).contains(&x) { cut(x) } else { 0.0 }).collect(),
     );
-    near(&found, &expected, 1e-13);
+    all_near(&found, &expected, 1e-13);
 }
 
 #[test]
 fn mixtures_are_weighted_sums() {
     let found =
         answer("real", "mixture(0.3, normal(0, 1), 0.7, exponential(2))", &format!("P(X = 0.5 | {KNOWN})"));
-    near(
+    all_near(
         &found,
         &[0.3 * Law::Normal.density(0.5, &[0.0, 1.0]) + 0.7 * Law::Exponential.density(0.5, &[2.0])],
         1e-14,
@@ -171,7 +163,7 @@ fn mixtures_are_weighted_sums() {
         "mixture(0.5, bernoulli(0.2), 0.5, mixture(0.5, bernoulli(1), 0.5, bernoulli(0)))",
         &format!("P(X = true | {KNOWN})"),
     );
-    near(&nested, &[0.35], 1e-15);
+    all_near(&nested, &[0.35], 1e-15);
 }
 
 #[test]
@@ -189,7 +181,7 @@ fn many_causes_and_scores_follow_their_equations() {
             let text = format!("P(X = true | A = {a}, B = {b})");
             let found =
                 ask(&model, &question(&model, &text), &Inputs::new()).unwrap()[0].answer[0].p().unwrap();
-            near(&[found], &[p[position]], 1e-15);
+            all_near(&[found], &[p[position]], 1e-15);
         }
     };
     table("noisy_or(0.4, 0.8, 0.1)", [0.1, 1.0 - 0.9 * 0.2, 1.0 - 0.9 * 0.6, 1.0 - 0.9 * 0.6 * 0.2]);
@@ -197,16 +189,16 @@ fn many_causes_and_scores_follow_their_equations() {
     table("noisy_and(0.4, 0.8, 0.1)", [0.9 * 0.6 * 0.2, 0.9 * 0.6, 0.9 * 0.2, 0.9]);
     let e = |x: f64| x.exp();
     let found = answer("{ Left, Ahead, Right }", "softmax(0, m[K], 1000 - 999)", &format!("P(X | {KNOWN})"));
-    near(&found, &normalised(vec![1.0, e(-1.5), e(1.0)]), 1e-15);
+    all_near(&found, &normalised(vec![1.0, e(-1.5), e(1.0)]), 1e-15);
     // Scores that would overflow.
     let found = answer("bool", "softmax(2000, 2001)", &format!("P(X | {KNOWN})"));
-    near(&found, &[1.0 / (1.0 + e(1.0)), e(1.0) / (1.0 + e(1.0))], 1e-15);
+    all_near(&found, &[1.0 / (1.0 + e(1.0)), e(1.0) / (1.0 + e(1.0))], 1e-15);
 }
 
 #[test]
 fn counts_become_probabilities() {
-    near(&answer("1..=3", "histogram(1, 3, 4)", &format!("P(X | {KNOWN})")), &[0.125, 0.375, 0.5], 1e-15);
-    near(
+    all_near(&answer("1..=3", "histogram(1, 3, 4)", &format!("P(X | {KNOWN})")), &[0.125, 0.375, 0.5], 1e-15);
+    all_near(
         &answer("1..=3", "laplace_succession(0, 3, 4)", &format!("P(X | {KNOWN})")),
         &[0.1, 0.4, 0.5],
         1e-15,
@@ -216,11 +208,11 @@ fn counts_become_probabilities() {
 #[test]
 fn weights_are_normalised_for_each_context() {
     let found = answer("0..=3", "weights(if A { X + 1 } else { 1 })", "P(X | A B = false, K = 1)");
-    near(&found, &[0.25, 0.25, 0.25, 0.25, 0.1, 0.2, 0.3, 0.4], 1e-15);
+    all_near(&found, &[0.25, 0.25, 0.25, 0.25, 0.1, 0.2, 0.3, 0.4], 1e-15);
     // The normaliser of one context does not touch the others: A stays as likely as it was.
     let found =
         answer("0..=3", "weights(if A { X + 1 } else { 1 })", "P(A = true | X = 3, B = false, K = 1)");
-    near(&found, &[0.4 / 0.65], 1e-15);
+    all_near(&found, &[0.4 / 0.65], 1e-15);
 }
 
 #[test]
@@ -235,7 +227,7 @@ fn a_table_may_stand_in_a_branch_and_may_be_large() {
         .iter()
         .map(|row| row.p().unwrap())
         .collect();
-    near(&found, &[0.4 / 0.65, 0.25 / 0.65], 1e-15);
+    all_near(&found, &[0.4 / 0.65, 0.25 / 0.65], 1e-15);
     let rows: Vec<String> = (1..=4)
         .map(|a| (1..=4).map(|x| if a == x { "0.7" } else { "0.1" }).collect::<Vec<_>>().join(", "))
         .collect();
@@ -248,7 +240,7 @@ fn a_table_may_stand_in_a_branch_and_may_be_large() {
         .iter()
         .map(|row| row.p().unwrap())
         .collect();
-    near(&found, &[0.1, 0.7, 0.1, 0.1], 1e-15);
+    all_near(&found, &[0.1, 0.7, 0.1, 0.1], 1e-15);
 }
 
 #[test]
@@ -268,7 +260,7 @@ fn functions_are_those_of_the_field() {
         ("round(2.5)", 3.0),
         ("ln_gamma(5)", 24f64.ln()),
     ] {
-        near(&[value(expression)], &[expected], 1e-7);
+        all_near(&[value(expression)], &[expected], 1e-7);
     }
 }
 

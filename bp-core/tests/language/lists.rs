@@ -2,11 +2,8 @@
 //!
 //! In: a linear Gaussian program. Out: means. Invariant: expected values are computed by hand.
 
+use crate::support::agrees;
 use bp_core::prelude::*;
-
-fn close(found: f64, expected: f64, question: &str) {
-    assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1e-3), "{question}: {found} ≠ {expected}");
-}
 
 /// N(0, 1) and three numbers of deviation 1: of 1, 2, 3 the mean is 6/4; of the first two 3/3.
 #[test]
@@ -35,10 +32,10 @@ fn lists_give_elements_their_values() {
             true => answer.of("Y[2]").unwrap().mean().unwrap(),
             false => answer.mean().unwrap(),
         };
-        close(found, expected, question);
+        agrees(found, expected, question);
     }
     let of_v = three.ask("expectation P(V | Mu = 3)").unwrap();
-    close(of_v.of("V[1]").unwrap().mean().unwrap(), 6.0, "V");
+    agrees(of_v.of("V[1]").unwrap().mean().unwrap(), 6.0, "V");
     let error = three.ask("P(Mu | Y = [1, 2])").unwrap_err().to_string();
     assert!(error.contains("`Y` has 3 elements, but 2 values are given"), "{error}");
 }
@@ -59,9 +56,9 @@ fn a_list_is_the_value_of_a_vector_that_has_a_law_as_a_whole() {
     )
     .unwrap();
     let next = ballots.ask("P(Next | Votes = [2, 1])").unwrap();
-    close(next.p("Red").unwrap(), 0.6, "Red");
+    agrees(next.p("Red").unwrap(), 0.6, "Red");
     // Each of the four results of three votes has the same probability under a uniform share.
-    close(next.ln_evidence().unwrap(), 0.25f64.ln(), "ln P");
+    agrees(next.ln_evidence().unwrap(), 0.25f64.ln(), "ln P");
     assert_eq!(next.question(), "P(Next | Votes = [2, 1])");
     let error = ballots.ask("P(Next | Votes = [2, 1, 0])").unwrap_err().to_string();
     assert!(error.contains("`Votes` has 2 components, but 3 values are given"), "{error}");
@@ -80,5 +77,5 @@ fn a_list_of_components_leaves_finite_variables_exact() {
     .unwrap();
     let found = seen.ask("P(A | V = [1, 0])").unwrap();
     assert!(found.strategy().is_exact());
-    close(found.p(true).unwrap(), 1.0 / (1.0 + (-0.5f64).exp()), "A");
+    agrees(found.p(true).unwrap(), 1.0 / (1.0 + (-0.5f64).exp()), "A");
 }

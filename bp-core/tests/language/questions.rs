@@ -2,6 +2,7 @@
 //!
 //! In: small programs. Out: their answers. Invariant: no expected value is output of this crate; draws are seeded.
 
+use crate::support::all_close;
 use bp_core::compiler::answer::{Answer, Figure, OtherColumns, ask, ask_over_time, compile, read_sequences};
 use bp_core::compiler::data::read_table;
 use bp_core::compiler::error::Error;
@@ -69,36 +70,29 @@ fn numbers(answer: &Answer) -> Vec<f64> {
     answer.answer.iter().map(|row| number(row.figure)).collect()
 }
 
-#[track_caller]
-fn near(found: &[f64], expected: &[f64]) {
-    let close = found.len() == expected.len()
-        && found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12);
-    assert!(close, "{found:?}, but {expected:?} was expected");
-}
-
 #[test]
 fn soft_evidence_replaces_and_virtual_evidence_multiplies() {
     let jeffrey = answer(UMBRELLA, "P(Rain | Umbrella soft [0.3, 0.7])");
-    near(&[p(&jeffrey, "Rain", "true")], &[0.7 * 0.38 / 0.44 + 0.3 * 0.02 / 0.56]);
+    all_close(&[p(&jeffrey, "Rain", "true")], &[0.7 * 0.38 / 0.44 + 0.3 * 0.02 / 0.56]);
     assert_eq!(jeffrey.ln_evidence, None);
     // 0.4 (0.05 · 0.3 + 0.95 · 0.7) = 0.272 against 0.6 (0.9 · 0.3 + 0.1 · 0.7) = 0.204
     let pearl = answer(UMBRELLA, "P(Rain | Umbrella virtual [0.3, 0.7])");
-    near(&[p(&pearl, "Rain", "true")], &[4.0 / 7.0]);
+    all_close(&[p(&pearl, "Rain", "true")], &[4.0 / 7.0]);
     // Soft evidence equal to the prior changes nothing; soft evidence of 0 and 1 is hard evidence.
-    near(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0.56, 0.44])"), "Rain", "true")], &[0.4]);
-    near(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0, 1])"), "Rain", "true")], &[0.38 / 0.44]);
-    near(&numbers(&answer(UMBRELLA, "P(Rain = true | Umbrella soft [0, 1])")), &[0.38 / 0.44]);
+    all_close(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0.56, 0.44])"), "Rain", "true")], &[0.4]);
+    all_close(&[p(&answer(UMBRELLA, "P(Rain | Umbrella soft [0, 1])"), "Rain", "true")], &[0.38 / 0.44]);
+    all_close(&numbers(&answer(UMBRELLA, "P(Rain = true | Umbrella soft [0, 1])")), &[0.38 / 0.44]);
     let entropy = |p: f64| -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
-    near(&numbers(&answer(UMBRELLA, "entropy P(Rain | Umbrella soft [0, 1])")), &[entropy(0.38 / 0.44)]);
+    all_close(&numbers(&answer(UMBRELLA, "entropy P(Rain | Umbrella soft [0, 1])")), &[entropy(0.38 / 0.44)]);
 }
 
 #[test]
 fn soft_evidence_does_not_commute() {
     // After A: 0.18, 0.02, 0.08, 0.72 for (A, B); B is then false with 0.26 and is set to 0.5.
     let last_b = answer(COPIES, "P(C | A soft [0.2, 0.8], B soft [0.5, 0.5])");
-    near(&[p(&last_b, "C", "false")], &[0.18 * 0.5 / 0.26 + 0.02 * 0.5 / 0.74]);
+    all_close(&[p(&last_b, "C", "false")], &[0.18 * 0.5 / 0.26 + 0.02 * 0.5 / 0.74]);
     let last_a = answer(COPIES, "P(C | B soft [0.5, 0.5], A soft [0.2, 0.8])");
-    near(&[p(&last_a, "C", "false")], &[0.2]);
+    all_close(&[p(&last_a, "C", "false")], &[0.2]);
 }
 
 #[test]
@@ -107,7 +101,7 @@ fn soft_evidence_for_impossible_values_is_an_error() {
     assert!(message.contains("input `C`: soft evidence gives `false` the probability 0.3"), "{message}");
     // In a table such a context is a row of zeros.
     let table = answer(COPIES, "P(B | A, C soft [0, 1])");
-    near(&numbers(&table), &[0.0, 0.0, 0.1, 0.9]);
+    all_close(&numbers(&table), &[0.0, 0.0, 0.1, 0.9]);
     let impossible = try_answer(COPIES, "best(2) P(B | A = true, C = false)").unwrap_err();
     assert!(matches!(impossible, Error::Impossible(_)), "{impossible}");
 }
@@ -117,9 +111,9 @@ fn the_best_come_first_and_nothing_impossible_does() {
     let best = answer(LOADED, "best(3) P(Face)");
     let names: Vec<&str> = best.answer.iter().map(|row| row.values[0].1.as_str()).collect();
     assert_eq!(names, ["6", "5", "4"]);
-    near(&numbers(&best), &[36.0 / 91.0, 25.0 / 91.0, 16.0 / 91.0]);
+    all_close(&numbers(&best), &[36.0 / 91.0, 25.0 / 91.0, 16.0 / 91.0]);
     // 36 and 25 of the 61 that are high; each context is normalised by itself.
-    near(
+    all_close(
         &numbers(&answer(LOADED, "best(4) P(Face | High)")),
         &[16.0 / 30.0, 9.0 / 30.0, 4.0 / 30.0, 1.0 / 30.0, 36.0 / 61.0, 25.0 / 61.0],
     );
@@ -128,19 +122,19 @@ fn the_best_come_first_and_nothing_impossible_does() {
 #[test]
 fn moments_are_those_of_the_numbers() {
     // Σ k³ = 441, Σ k⁴ = 2275.
-    near(&numbers(&answer(LOADED, "expectation P(Face)")), &[441.0 / 91.0]);
-    near(&numbers(&answer(LOADED, "variance P(Face)")), &[25.0 - (441.0_f64 / 91.0).powi(2)]);
+    all_close(&numbers(&answer(LOADED, "expectation P(Face)")), &[441.0 / 91.0]);
+    all_close(&numbers(&answer(LOADED, "variance P(Face)")), &[25.0 - (441.0_f64 / 91.0).powi(2)]);
     let each = answer(LOADED, "expectation P(Face | High)");
-    near(&numbers(&each), &[100.0 / 30.0, 341.0 / 61.0]);
+    all_close(&numbers(&each), &[100.0 / 30.0, 341.0 / 61.0]);
     assert_eq!(each.answer[1].values[0], ("High".to_owned(), "true".to_owned()));
-    near(&numbers(&answer(LOADED, "expectation P(Face High)")), &[441.0 / 91.0, 61.0 / 91.0]);
+    all_close(&numbers(&answer(LOADED, "expectation P(Face High)")), &[441.0 / 91.0, 61.0 / 91.0]);
     // An impossible context has no expectation.
     assert_eq!(answer(COPIES, "expectation P(B | A C)").answer.len(), 2);
     let room = "program Room { variables { T, M : real; } decomposition { P(T) P(M | T) }
         forms { P(T) = normal(20, 3); P(M | T) = normal(T, 4); } }";
     // The precisions add: 1/9 + 1/16 = 25/144.
-    near(&numbers(&answer(room, "expectation P(T | M = 25)")), &[20.0 + 5.0 * 9.0 / 25.0]);
-    near(&numbers(&answer(room, "variance P(T | M = 25)")), &[144.0 / 25.0]);
+    all_close(&numbers(&answer(room, "expectation P(T | M = 25)")), &[20.0 + 5.0 * 9.0 / 25.0]);
+    all_close(&numbers(&answer(room, "variance P(T | M = 25)")), &[144.0 / 25.0]);
 }
 
 #[test]
@@ -148,28 +142,28 @@ fn information_is_the_entropy_that_two_share() {
     let information = numbers(&answer(UMBRELLA, "information P(Rain, Umbrella)"))[0];
     let h = |masses: &[f64]| -masses.iter().map(|p| p * p.ln()).sum::<f64>();
     let shared = h(&[0.4, 0.6]) + h(&[0.44, 0.56]) - h(&[0.38, 0.02, 0.06, 0.54]);
-    near(&[information], &[shared]);
-    near(&numbers(&answer(COPIES, "information P(A C)")), &[2f64.ln()]);
+    all_close(&[information], &[shared]);
+    all_close(&numbers(&answer(COPIES, "information P(A C)")), &[2f64.ln()]);
     // Given A, B and C are independent.
-    near(&numbers(&answer(COPIES, "information P(B C | A)")), &[0.0, 0.0]);
+    all_close(&numbers(&answer(COPIES, "information P(B C | A)")), &[0.0, 0.0]);
 }
 
 #[test]
 fn divergence_is_infinite_where_the_second_excludes() {
     let (p, q) = (0.38 / 0.44, 0.4);
     let expected = p * f64::ln(p / q) + (1.0 - p) * f64::ln((1.0 - p) / (1.0 - q));
-    near(&numbers(&answer(UMBRELLA, "divergence P(Rain | Umbrella = true) from P(Rain)")), &[expected]);
-    near(&numbers(&answer(UMBRELLA, "divergence P(Rain) from P(Rain)")), &[0.0]);
+    all_close(&numbers(&answer(UMBRELLA, "divergence P(Rain | Umbrella = true) from P(Rain)")), &[expected]);
+    all_close(&numbers(&answer(UMBRELLA, "divergence P(Rain) from P(Rain)")), &[0.0]);
     // A row for each value that the first distribution knows; the second has no context.
     let each = answer(UMBRELLA, "divergence P(Rain | Umbrella) from P(Rain)");
     let dry = 0.02 / 0.56;
     let dry = dry * f64::ln(dry / q) + (1.0 - dry) * f64::ln((1.0 - dry) / (1.0 - q));
-    near(&numbers(&each), &[dry, expected]);
-    near(&numbers(&answer(COPIES, "divergence P(A | C = true) from P(A)")), &[2f64.ln()]);
+    all_close(&numbers(&each), &[dry, expected]);
+    all_close(&numbers(&answer(COPIES, "divergence P(A | C = true) from P(A)")), &[2f64.ln()]);
     let infinite = answer(COPIES, "divergence P(A) from P(A | C = true)");
     assert_eq!(infinite.answer[0].figure, Figure::Divergence { divergence: f64::INFINITY, infinite: true });
     let soft = answer(UMBRELLA, "divergence P(Rain | Umbrella soft [0, 1]) from P(Rain)");
-    near(&numbers(&soft), &[expected]);
+    all_close(&numbers(&soft), &[expected]);
 }
 
 #[test]
@@ -224,7 +218,7 @@ fn tables_have_the_left_fastest_and_the_last_on_the_right_next() {
     assert_eq!(b.numbers[9..12], [0.0, 0.0, 0.0]);
     let joint = table("P(B A)");
     assert_eq!(joint.left[1].values, ["0", "1"]);
-    near(&joint.numbers, &[1.0 / 6.0; 6]);
+    all_close(&joint.numbers, &[1.0 / 6.0; 6]);
 }
 
 #[test]
@@ -234,7 +228,7 @@ fn a_compiled_question_is_asked_again() {
     let compiled = compile(&model, &question).unwrap();
     for (umbrella, expected) in [(1.0, 0.38 / 0.44), (0.0, 0.02 / 0.56), (1.0, 0.38 / 0.44)] {
         let answers = compiled.ask(&Inputs::new().number("u", umbrella)).unwrap();
-        near(&[p(&answers[0], "Rain", "true")], &[expected]);
+        all_close(&[p(&answers[0], "Rain", "true")], &[expected]);
     }
     assert!(compiled.ask(&Inputs::new()).is_err());
     assert!(compiled.ask(&Inputs::new().number("u", 2.0)).is_err());
@@ -249,7 +243,7 @@ fn a_value_given_later_may_have_the_name_of_its_variable() {
     );
     let question = parse_question(&Source::new("question", "P(Old | Fails = fails)"), &model).unwrap();
     let answers = ask(&model, &question, &Inputs::new().number("fails", 1.0)).unwrap();
-    near(&[p(&answers[0], "Old", "true")], &[0.2 * 0.5 / (0.2 * 0.5 + 0.8 * 0.1)]);
+    all_close(&[p(&answers[0], "Old", "true")], &[0.2 * 0.5 / (0.2 * 0.5 + 0.8 * 0.1)]);
     // Any other name similar to a value is an error.
     assert!(parse_question(&Source::new("question", "P(Old | Fails = flase)"), &model).is_err());
 }
@@ -291,7 +285,7 @@ fn a_value_that_the_question_gives_holds_at_every_instant() {
     };
     // Seen at two instants: 9 to 1.
     let answers = asked("filter P(Open | Seen = true)", "Day\nMonday\nTuesday\n").unwrap();
-    near(&numbers(&answers[0]), &[0.1, 0.9]);
+    all_close(&numbers(&answers[0]), &[0.1, 0.9]);
     let twice = asked("filter P(Open | Seen = true)", "Seen\nfalse\n").unwrap_err().to_string();
     assert!(twice.contains("remove one of the two"), "{twice}");
     let far = asked("predict(1000000000) P(Open | Seen)", "Seen\nfalse\n").unwrap_err();

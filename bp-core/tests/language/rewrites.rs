@@ -3,7 +3,7 @@
 //! In: small programs. Out: answers with all rules and without one. Invariant: expected values are computed by hand, in
 //! comments.
 
-use crate::support::{interpreted, model_of, program, question, without};
+use crate::support::{all_close, interpreted, model_of, program, question, without};
 use bp_core::compiler::answer::{Answer, Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
@@ -22,13 +22,6 @@ fn one(model: &Model, text: &str) -> Vec<f64> {
     probabilities(&asked(model, text).unwrap_or_else(|error| panic!("{error}"))[0])
 }
 
-#[track_caller]
-fn near(found: &[f64], expected: &[f64]) {
-    assert_eq!(found.len(), expected.len(), "{found:?}, expected {expected:?}");
-    let close = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() <= 1e-12);
-    assert!(close, "{found:?}, expected {expected:?}");
-}
-
 /// The value of a variable in each row.
 fn values(answer: &Answer, variable: &str) -> Vec<String> {
     let of = |row: &bp_core::compiler::answer::Row| {
@@ -43,15 +36,15 @@ const RAIN_IF_WET: f64 = 0.3 / 0.93;
 #[test]
 fn the_sprinkler_by_hand() {
     let model = model_of(&program("wet_grass"));
-    near(&one(&model, "P(Rain | Wet = true)"), &[1.0 - RAIN_IF_WET, RAIN_IF_WET]);
+    all_close(&one(&model, "P(Rain | Wet = true)"), &[1.0 - RAIN_IF_WET, RAIN_IF_WET]);
     // Known without a value: a table, first context first. Rain is impossible where all is dry.
-    near(&one(&model, "P(Rain | Wet)"), &[1.0, 0.0, 1.0 - RAIN_IF_WET, RAIN_IF_WET]);
-    near(&one(&model, "P(Rain = true | Wet = true)"), &[RAIN_IF_WET]);
-    near(&one(&model, "P(Rain = true, Sprinkler | Wet = true)"), &[0.27 / 0.93, 0.03 / 0.93]);
+    all_close(&one(&model, "P(Rain | Wet)"), &[1.0, 0.0, 1.0 - RAIN_IF_WET, RAIN_IF_WET]);
+    all_close(&one(&model, "P(Rain = true | Wet = true)"), &[RAIN_IF_WET]);
+    all_close(&one(&model, "P(Rain = true, Sprinkler | Wet = true)"), &[0.27 / 0.93, 0.03 / 0.93]);
     let answer = &asked(&model, "P(Rain | Wet = true)").unwrap()[0];
     assert!((answer.ln_evidence.unwrap() - 0.93f64.ln()).abs() <= 1e-12);
     // Virtual evidence of 2 : 1 for wet: .07 + 2 · .93 = 1.93.
-    near(&one(&model, "P(Rain = true | Wet virtual [1, 2])"), &[0.6 / 1.93]);
+    all_close(&one(&model, "P(Rain = true | Wet virtual [1, 2])"), &[0.6 / 1.93]);
 }
 
 #[test]
@@ -62,8 +55,8 @@ fn impossible_contexts_are_zeros_and_impossible_evidence_is_an_error() {
          forms { P(A) = bernoulli(never); P(B | A) = bernoulli(if A { 0.25 } else { 0.5 });
                  P(C | A B) = table { 0.5, 0.5; 0.2, 0.8; 1, 0; 0, 1; }; } }",
     );
-    near(&one(&model, "P(B | A)"), &[0.5, 0.5, 0.0, 0.0]);
-    near(&one(&model, "P(B | A C)"), &[0.5 / 0.7, 0.2 / 0.7, 0.5 / 1.3, 0.8 / 1.3, 0.0, 0.0, 0.0, 0.0]);
+    all_close(&one(&model, "P(B | A)"), &[0.5, 0.5, 0.0, 0.0]);
+    all_close(&one(&model, "P(B | A C)"), &[0.5 / 0.7, 0.2 / 0.7, 0.5 / 1.3, 0.8 / 1.3, 0.0, 0.0, 0.0, 0.0]);
     for text in ["P(B | A = true)", "P(B | A virtual [0, 1])", "argmax P(B | A = true)"] {
         let error = asked(&model, text).unwrap_err();
         assert!(matches!(error, Error::Impossible(_)), "{text}: {error}");
@@ -78,11 +71,11 @@ fn a_value_outside_its_domain_has_probability_0_and_the_rest_is_renormalised() {
          decomposition { P(A) P(B) P(S | A B) P(E | S) }
          forms { P(A) = uniform; P(B) = uniform; P(S | A B) = dirac(A + B); P(E | S) = bernoulli(1 / (5 - S)); } }",
     );
-    near(&one(&model, "P(A)"), &[3.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0, 0.0, 0.0, 0.0]);
-    near(&one(&model, "P(S)"), &[1.0 / 6.0, 2.0 / 6.0, 3.0 / 6.0]);
-    near(&one(&model, "P(A | B = 3)"), &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    all_close(&one(&model, "P(A)"), &[3.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0, 0.0, 0.0, 0.0]);
+    all_close(&one(&model, "P(S)"), &[1.0 / 6.0, 2.0 / 6.0, 3.0 / 6.0]);
+    all_close(&one(&model, "P(A | B = 3)"), &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     // Σ over the six pairs of 1 / (5 − S) = 1/3 + 2 · 1/2 + 3 · 1 = 13/3, though S = 5 would divide by 0.
-    near(&one(&model, "P(E = true)"), &[13.0 / 18.0]);
+    all_close(&one(&model, "P(E = true)"), &[13.0 / 18.0]);
     for text in ["P(A | B = 6, S)", "P(A | B = 6)"] {
         let Err(Error::Impossible(why)) = asked(&model, text) else { panic!("{text}") };
         assert_eq!(why.reason.unwrap(), "`B = 6` is impossible", "{text}");
@@ -100,9 +93,9 @@ fn answers_come_in_the_order_in_which_they_were_asked() {
     let expected =
         ["P(Rain | Wet = true)", "P(Wet)", "entropy P(Sprinkler | Wet = true)", "P(Wet | Rain = false)"];
     assert_eq!(asked, expected);
-    near(&probabilities(&answers[0]), &one(&model, "P(Rain | Wet = true)"));
-    near(&probabilities(&answers[1]), &[0.07, 0.93]);
-    near(&probabilities(&answers[3]), &[0.1, 0.9]);
+    all_close(&probabilities(&answers[0]), &one(&model, "P(Rain | Wet = true)"));
+    all_close(&probabilities(&answers[1]), &[0.07, 0.93]);
+    all_close(&probabilities(&answers[3]), &[0.1, 0.9]);
     // P(Sprinkler | Wet) = (.03 + .63) / .93
     let p: f64 = 0.66 / 0.93;
     let Figure::Entropy { entropy, .. } = answers[2].answer[0].figure else { panic!() };
@@ -120,13 +113,13 @@ fn reductions_are_of_each_context() {
     // One for the first context, both of the second (a tie), one for the third.
     assert_eq!(values(answer, "Sky"), ["clear", "cloudy", "cloudy", "dark"]);
     assert_eq!(values(answer, "Rain"), ["false", "false", "true", "true"]);
-    near(&probabilities(answer), &[0.9, 0.5, 0.5, 0.8]);
-    near(&one(&model, "max P(Rain | Sky)"), &[0.9, 0.5, 0.8]);
-    near(&one(&model, "max P(Sky)"), &[0.5]);
+    all_close(&probabilities(answer), &[0.9, 0.5, 0.5, 0.8]);
+    all_close(&one(&model, "max P(Rain | Sky)"), &[0.9, 0.5, 0.8]);
+    all_close(&one(&model, "max P(Sky)"), &[0.5]);
     // P(Sky, Rain) is largest at clear and dry: .5 · .9.
     let answer = &asked(&model, "argmax P(Sky Rain)").unwrap()[0];
     assert_eq!((values(answer, "Sky"), values(answer, "Rain")), (vec!["clear".into()], vec!["false".into()]));
-    near(&probabilities(answer), &[0.45]);
+    all_close(&probabilities(answer), &[0.45]);
     let entropies = asked(&model, "entropy P(Rain | Sky)").unwrap();
     let entropy = |p: f64| -p * p.ln() - (1.0 - p) * (1.0 - p).ln();
     for (row, p) in entropies[0].answer.iter().zip([0.1, 0.5, 0.8]) {
@@ -146,10 +139,10 @@ fn two_densities_of_one_real_are_two_answers() {
     let answers = ask(&model, model.question("q").unwrap(), &Inputs::new()).unwrap();
     let expected: [[f64; 2]; 3] = [[0.25, 0.5], [0.25, 0.0], [0.125, 1.0]];
     for (answer, expected) in answers.iter().zip(expected) {
-        near(&probabilities(answer), &expected);
+        all_close(&probabilities(answer), &expected);
     }
     // .25 · ½ · 1 against .75 · ¼ · ⅛
-    near(&one(&model, "P(S = true | X = 1, Y = 1)"), &[0.125 / (0.125 + 0.75 / 32.0)]);
+    all_close(&one(&model, "P(S = true | X = 1, Y = 1)"), &[0.125 / (0.125 + 0.75 / 32.0)]);
 }
 
 #[test]
@@ -164,7 +157,7 @@ fn families_are_named_element_by_element() {
     let expected = [("G[1]", "true"), ("G[2]", "false"), ("G[3]", "true")];
     assert_eq!(row.values, expected.map(|(name, value)| (name.to_owned(), value.to_owned())));
     // ¼ · (1 − ½) · ¾
-    near(&[row.p().unwrap()], &[0.25 * 0.5 * 0.75]);
+    all_close(&[row.p().unwrap()], &[0.25 * 0.5 * 0.75]);
 }
 
 #[test]
@@ -206,7 +199,7 @@ fn a_scan_whose_factor_is_searched_is_made_for_each_of_its_values() {
     // The first true is 1, 2, 3 with 0.3, 0.21, 0.147, none (4) with 0.343; Σ_t (f + t) = 7 f + 21.
     let first = [(1.0, 0.3), (2.0, 0.21), (3.0, 0.147), (4.0, 0.343)];
     let of = |t: usize| first.iter().map(|(f, p)| p * (f + t as f64) / (7.0 * f + 21.0)).sum::<f64>();
-    near(&one(&model, "P(T)"), &(0..7).map(of).collect::<Vec<_>>());
+    all_close(&one(&model, "P(T)"), &(0..7).map(of).collect::<Vec<_>>());
 }
 
 /// A program of n dice and their sum, and the question.
@@ -252,7 +245,7 @@ fn a_sum_of_a_hundred_dice_is_a_convolution() {
         0.169_434_278_000_428_2,
         0.170_018_321_986_437_3,
     ];
-    near(&one(&model, "P(D1 | S = 353)"), &expected);
+    all_close(&one(&model, "P(D1 | S = 353)"), &expected);
 }
 
 #[test]

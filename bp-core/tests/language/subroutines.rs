@@ -3,7 +3,7 @@
 //! In: files of several programs. Out: answers. Invariant: the answer equals that of the same program without
 //! subroutines.
 
-use crate::support::{model_of, question};
+use crate::support::{all_close, model_of, question};
 use bp_core::compiler::answer::ask;
 use bp_core::compiler::exec::Inputs;
 
@@ -12,12 +12,6 @@ fn p(text: &str, asked: &str) -> Vec<f64> {
     let answers =
         ask(&model, &question(&model, asked), &Inputs::new()).unwrap_or_else(|error| panic!("{error}"));
     answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
-}
-
-#[track_caller]
-fn near(found: &[f64], expected: &[f64]) {
-    assert_eq!(found.len(), expected.len(), "{found:?}");
-    assert!(found.iter().zip(expected).all(|(p, q)| (p - q).abs() < 1e-12), "{found:?} {expected:?}");
 }
 
 const TOWNS: &str = "
@@ -37,15 +31,15 @@ const TOWNS: &str = "
 #[test]
 fn a_subroutine_is_chosen_by_a_variable() {
     // .3/(.3 + .7·.9) and .1/(.1 + .9·.9)
-    near(&p(TOWNS, "P(Rain = true | Wet = true, Town = InParis)"), &[0.3 / 0.93]);
-    near(&p(TOWNS, "P(Rain = true | Wet = true, Town = InNice)"), &[0.1 / 0.91]);
-    near(&p(TOWNS, "P(Wet = true | Town)"), &[0.93, 0.91]);
+    all_close(&p(TOWNS, "P(Rain = true | Wet = true, Town = InParis)"), &[0.3 / 0.93]);
+    all_close(&p(TOWNS, "P(Rain = true | Wet = true, Town = InNice)"), &[0.1 / 0.91]);
+    all_close(&p(TOWNS, "P(Wet = true | Town)"), &[0.93, 0.91]);
     let without =
         TOWNS.replace("ask(Paris.rain)", "bernoulli(0.3)").replace("ask(Nice.rain)", "bernoulli(0.1)");
     for asked in
         ["P(Town | Wet = true)", "P(Rain, Town | Wet = true, Sprinkler = false)", "P(Wet | Rain, Town)"]
     {
-        near(&p(TOWNS, asked), &p(&without, asked));
+        all_close(&p(TOWNS, asked), &p(&without, asked));
     }
 }
 
@@ -63,7 +57,7 @@ fn a_subroutine_receives_the_known_variables_of_its_question() {
             forms { P(I) = uniform; P(M | I) = ask(Unit.output); P(O | M) = ask(Unit.output | M); }
         }";
     // P(M | I = 1) = (.1, .5, .4, 0), and P(O | M) = (.3, .7, 0, 0), (.1, .5, .4, 0), (0, .3, .7, 0) for M = 0, 1, 2.
-    near(&p(&format!("{unit}{chain}"), "P(O | I = 1)"), &[0.08, 0.44, 0.48, 0.0]);
+    all_close(&p(&format!("{unit}{chain}"), "P(O | I = 1)"), &[0.08, 0.44, 0.48, 0.0]);
 }
 
 #[test]
@@ -73,8 +67,8 @@ fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
             forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
         program Main { variables { K, S : bool; } decomposition { P(K) P(S | K) }
             forms { P(K) = bernoulli(0.5); P(S | K) = ask(Sub.s); } }";
-    near(&p(text, "P(S)"), &[0.45, 0.55]);
-    near(&p(text, "P(K | S = true)"), &[0.1 / 0.55, 0.45 / 0.55]);
+    all_close(&p(text, "P(S)"), &[0.45, 0.55]);
+    all_close(&p(text, "P(K | S = true)"), &[0.1 / 0.55, 0.45 / 0.55]);
     // The same as a transition and as an observation over time: shut with certainty, then observed.
     let text = "program Sub { variables { K, S : bool; } decomposition { P(K) P(S | K) }
             forms { P(K) = bernoulli(0); P(S | K) = bernoulli(if K { 0.9 } else { 0.2 }); } question s { P(S | K) } }
@@ -88,5 +82,5 @@ fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
         bp_core::compiler::answer::ask_over_time(&model, &asked, &rows, &Inputs::new(), sampling).unwrap();
     let found: Vec<f64> = answers[0].answer.iter().map(|row| row.p().unwrap()).collect();
     // 0.1 · 0.2 and 0.9 · 0.9.
-    near(&found, &[0.02 / 0.83, 0.81 / 0.83]);
+    all_close(&found, &[0.02 / 0.83, 0.81 / 0.83]);
 }

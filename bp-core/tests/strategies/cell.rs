@@ -3,7 +3,7 @@
 //! In: `tests/programs/cell.bp`, marginals of the last step, likelihoods. Out: P(O V | Z), entropies. Invariant:
 //! expected values are those of the published hand-checkable step, or of a loop over cells written here.
 
-use crate::support::{model_of, program};
+use crate::support::{model_of, near, program};
 use bp_core::compiler::exec::{Inputs, interpret};
 use bp_core::compiler::lower::lower;
 use bp_core::compiler::model::{Model, Statistic};
@@ -78,11 +78,6 @@ impl World<'_> {
             wanted: of(&p, &["O"], true),
         }
     }
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
 }
 
 #[test]

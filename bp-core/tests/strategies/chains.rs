@@ -4,7 +4,7 @@
 //! expected values are those of Russell and Norvig (*Artificial Intelligence*, 3rd ed., section 15.2), of the sum over
 //! every sequence of states, or counted by hand.
 
-use crate::support::{model_of, question};
+use crate::support::{all_near, model_of, question};
 use bp_core::compiler::answer::{Answer, ask, ask_over_time};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
@@ -29,13 +29,6 @@ fn figures(answer: &Answer) -> Vec<f64> {
     answer.answer.iter().map(|row| row.p().unwrap()).collect()
 }
 
-#[track_caller]
-fn near(found: &[f64], expected: &[f64], tolerance: f64) {
-    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= tolerance);
-    assert!(all, "{found:?}, expected {expected:?}");
-}
-
 const UMBRELLA: &str = "program World over t in Time { variables { Rain, Rain^-1, Umbrella : bool; }
     decomposition { P(Rain^-1) P(Rain | Rain^-1) P(Umbrella | Rain) }
     forms { P(Rain^-1) = previous(Rain) else bernoulli(0.5); P(Rain | Rain^-1) = bernoulli(if Rain^-1 { 0.7 } else { 0.3 });
@@ -48,9 +41,9 @@ fn the_umbrella_world_of_russell_and_norvig() {
         let rows: Vec<Vec<f64>> = rows.iter().map(|value| vec![*value]).collect();
         asked(&model, text, &["Umbrella"], &rows).unwrap()
     };
-    near(&figures(&on("filter P(Rain | Umbrella)", &[1.0])), &[0.182, 0.818], 5e-4);
-    near(&figures(&on("filter P(Rain | Umbrella)", &[1.0, 1.0])), &[0.117, 0.883], 5e-4);
-    near(&figures(&on("smooth P(Rain | Umbrella)", &[1.0, 1.0])), &[0.117, 0.883, 0.117, 0.883], 5e-4);
+    all_near(&figures(&on("filter P(Rain | Umbrella)", &[1.0])), &[0.182, 0.818], 5e-4);
+    all_near(&figures(&on("filter P(Rain | Umbrella)", &[1.0, 1.0])), &[0.117, 0.883], 5e-4);
+    all_near(&figures(&on("smooth P(Rain | Umbrella)", &[1.0, 1.0])), &[0.117, 0.883, 0.117, 0.883], 5e-4);
     // P(u₁ u₂) = (0.9 · 0.5 + 0.2 · 0.5) · P(u₂ | u₁); 0.627 · 0.9 + 0.373 · 0.2 is the second.
     let ln = on("filter P(Rain | Umbrella)", &[1.0, 1.0]).ln_evidence.unwrap();
     let rain = 0.7 * (0.45 / 0.55) + 0.3 * (0.1 / 0.55);
@@ -58,7 +51,7 @@ fn the_umbrella_world_of_russell_and_norvig() {
     // Without umbrellas the belief returns to ½: p ↦ 0.3 + 0.4 p.
     let far = on("predict(3) P(Rain | Umbrella)", &[1.0, 1.0]);
     let two = figures(&on("filter P(Rain | Umbrella)", &[1.0, 1.0]))[1];
-    near(&figures(&far)[1..], &[0.5 + 0.4f64.powi(3) * (two - 0.5)], 1e-12);
+    all_near(&figures(&far)[1..], &[0.5 + 0.4f64.powi(3) * (two - 0.5)], 1e-12);
     // Fig. 15.5: true, true, false, true, true.
     let likely = on("sequence P(Rain | Umbrella)", &[1.0, 1.0, 0.0, 1.0, 1.0]);
     let values: Vec<&str> = likely.answer.iter().map(|row| row.values[1].1.as_str()).collect();
@@ -66,7 +59,7 @@ fn the_umbrella_world_of_russell_and_norvig() {
     assert_eq!(likely.answer[2].values[0], ("t".to_owned(), "3".to_owned()));
     // A day without observation is a day all the same.
     let gap = on("filter P(Rain | Umbrella)", &[1.0, f64::NAN, f64::NAN]);
-    near(&figures(&gap)[1..], &[0.5 + 0.4f64.powi(2) * (0.9 / 1.1 - 0.5)], 1e-12);
+    all_near(&figures(&gap)[1..], &[0.5 + 0.4f64.powi(2) * (0.9 / 1.1 - 0.5)], 1e-12);
 }
 
 #[test]
@@ -181,21 +174,21 @@ proptest! {
             p
         };
         let filter = on("filter P(A B | Z Y)");
-        near(&figures(&filter), &at(length - 1), 1e-10);
+        all_near(&figures(&filter), &at(length - 1), 1e-10);
         prop_assert!((filter.ln_evidence.unwrap() - total.ln()).abs() < 1e-9);
         let smooth: Vec<f64> = (0..length).flat_map(at).collect();
-        near(&figures(&on("smooth P(A B | Z Y)")), &smooth, 1e-10);
+        all_near(&figures(&on("smooth P(A B | Z Y)")), &smooth, 1e-10);
         let b: Vec<f64> = (0..length).flat_map(|instant| { let p = at(instant); [p[0] + p[2], p[1] + p[3]] }).collect();
-        near(&figures(&on("smooth P(B | Z Y)")), &b, 1e-10);
+        all_near(&figures(&on("smooth P(B | Z Y)")), &b, 1e-10);
         // H is hidden, searched and not carried: if no Z depends on it, it is P(H | A) averaged over P(A).
         if rows[length - 1][0].is_nan() {
             let p = at(length - 1);
             let h = 0.4 * (p[0] + p[1]) + 0.9 * (p[2] + p[3]);
-            near(&figures(&on("filter P(H | Z Y)")), &[1.0 - h, h], 1e-10);
+            all_near(&figures(&on("filter P(H | Z Y)")), &[1.0 - h, h], 1e-10);
         }
         let last = at(length - 1);
         let ahead = world.a[1] * (last[2] + last[3]) + world.a[0] * (last[0] + last[1]);
-        near(&figures(&on("predict(1) P(A | Z Y)")), &[1.0 - ahead, ahead], 1e-10);
+        all_near(&figures(&on("predict(1) P(A | Z Y)")), &[1.0 - ahead, ahead], 1e-10);
         let likely = on("sequence P(A B | Z Y)");
         let truth = |row: usize, column: usize| usize::from(likely.answer[row].values[column].1 == "true");
         let found = (0..length).fold(0, |number, instant| number | truth(instant, 1) << (2 * instant) | truth(instant, 2) << (2 * instant + 1));
@@ -243,7 +236,7 @@ fn a_state_that_cannot_be_at_the_start_has_its_transition_all_the_same() {
     );
     // ½ · 0.3 and ½ · 0.8; then 0.9 · 0.15 + 0.5 · 0.4 = 0.335 and 0.215, seen with 0.3 and 0.8.
     let answer = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![1.0]]).unwrap();
-    near(&figures(&answer), &[0.1005 / 0.2725, 0.172 / 0.2725], 1e-14);
+    all_near(&figures(&answer), &[0.1005 / 0.2725, 0.172 / 0.2725], 1e-14);
     assert!((answer.ln_evidence.unwrap() - 0.2725f64.ln()).abs() < 1e-14);
     // It begins false with certainty, and once true remains true.
     let model = model_of(
@@ -253,7 +246,7 @@ fn a_state_that_cannot_be_at_the_start_has_its_transition_all_the_same() {
     );
     // 0.05, 0.45; 0.0025, 0.4275; 0.000125, 0.385875.
     let answer = asked(&model, "filter P(S | Z)", &["Z"], &[vec![1.0], vec![1.0], vec![1.0]]).unwrap();
-    near(&figures(&answer), &[0.000125 / 0.386, 0.385875 / 0.386], 1e-14);
+    all_near(&figures(&answer), &[0.000125 / 0.386, 0.385875 / 0.386], 1e-14);
     assert!((answer.ln_evidence.unwrap() - 0.386f64.ln()).abs() < 1e-14);
 }
 
@@ -318,12 +311,12 @@ fn gestures_left_to_right_are_forward_backward_and_viterbi_over_twelve_states() 
     let filter = asked(&model, "filter P(G | F)", &["F"], &rows).unwrap();
     let last = &forward[seen.len()];
     let gestures: Vec<f64> = (0..3).map(|g| last[4 * g..4 * g + 4].iter().sum::<f64>() / total).collect();
-    near(&figures(&filter), &gestures, 1e-12);
+    all_near(&figures(&filter), &gestures, 1e-12);
     assert!((filter.ln_evidence.unwrap() - total.ln()).abs() < 1e-10);
     let smooth: Vec<f64> = (forward[1..].iter().zip(&backward))
         .flat_map(|(one, other)| one.iter().zip(other).map(|(a, b)| a * b / total).collect::<Vec<_>>())
         .collect();
-    near(&figures(&asked(&model, "smooth P(G S | F)", &["F"], &rows).unwrap()), &smooth, 1e-12);
+    all_near(&figures(&asked(&model, "smooth P(G S | F)", &["F"], &rows).unwrap()), &smooth, 1e-12);
     let ends = best.last().unwrap().iter().enumerate();
     let mut state = ends.max_by(|one, other| one.1.0.total_cmp(&other.1.0)).unwrap().0;
     let mut path = vec![state];
@@ -365,7 +358,7 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
     let most = histories.iter().copied().fold(f64::MIN, f64::max);
     let total = most + histories.iter().map(|ln| (ln - most).exp()).sum::<f64>().ln();
     let answer = asked(&model, "filter P(S | Y)", &names, &rows).unwrap();
-    near(&figures(&answer), &[(histories[3] - total).exp(), 1.0 - (histories[3] - total).exp()], 1e-10);
+    all_near(&figures(&answer), &[(histories[3] - total).exp(), 1.0 - (histories[3] - total).exp()], 1e-10);
     assert!((answer.ln_evidence.unwrap() / total - 1.0).abs() < 1e-12, "{:?} {total}", answer.ln_evidence);
     // It cannot become true, although the readings favour it: their likelihood in the other state is smaller by
     // e^−1800.
@@ -376,11 +369,11 @@ fn hundreds_of_densities_in_one_instant_are_added_as_logarithms() {
                  P(Y[i] | S) = normal(if S { 3 } else { 0 }, 1); } }",
     );
     let answer = asked(&stays, "filter P(S | Y)", &names, &[vec![3.0; 400], vec![3.0; 400]]).unwrap();
-    near(&figures(&answer), &[1.0, 0.0], 0.0);
+    all_near(&figures(&answer), &[1.0, 0.0], 0.0);
     let expected = 2.0 * ln(0.0, 3.0);
     assert!((answer.ln_evidence.unwrap() / expected - 1.0).abs() < 1e-12, "{:?}", answer.ln_evidence);
     // Some elements of a family are observed, the others are not.
     let answer = asked(&model, "filter P(S | Y)", &names[..1], &[vec![2.0]]).unwrap();
     let odds = 0.9 * (-2.0f64).exp() / (0.1 * (-0.5f64).exp());
-    near(&figures(&answer), &[odds / (1.0 + odds), 1.0 / (1.0 + odds)], 1e-13);
+    all_near(&figures(&answer), &[odds / (1.0 + odds), 1.0 / (1.0 + odds)], 1e-13);
 }

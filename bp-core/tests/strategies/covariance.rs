@@ -3,13 +3,9 @@
 //! In: programs whose covariances follow by hand. Out: answers, as values, as JSON and as tables. Invariant: expected
 //! numbers come from the algebra written beside them, which shares no code with the crate.
 
+use crate::support::close;
 use bp_core::prelude::*;
 use serde_json::Value as Json;
-
-#[track_caller]
-fn near(found: f64, expected: f64) {
-    assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found}, expected {expected}");
-}
 
 #[track_caller]
 fn matrix(found: &Json, expected: &[&[f64]]) {
@@ -18,7 +14,7 @@ fn matrix(found: &Json, expected: &[&[f64]]) {
     for (row, expected) in rows.iter().zip(expected) {
         let row = row.as_array().unwrap();
         assert_eq!(row.len(), expected.len(), "{found}");
-        row.iter().zip(*expected).for_each(|(found, expected)| near(found.as_f64().unwrap(), *expected));
+        row.iter().zip(*expected).for_each(|(found, expected)| close(found.as_f64().unwrap(), *expected));
     }
 }
 
@@ -35,7 +31,7 @@ fn reals_asked_together_report_their_covariance() {
     .unwrap();
     let both = line.ask("P(X, Y | Z = 3)").unwrap();
     // Var Z = 3: Cov(X, Y | Z) = 1 − 1·2/3, Var(X | Z) = 1 − 1/3, Var(Y | Z) = 2 − 4/3.
-    near(both.covariance("X", "Y").unwrap(), 1.0 / 3.0);
+    close(both.covariance("X", "Y").unwrap(), 1.0 / 3.0);
     let (third, two) = (1.0 / 3.0, 2.0 / 3.0);
     matrix(&json(&both)["covariance"], &[&[two, third], &[third, two]]);
     let text = both.to_string();
@@ -54,8 +50,8 @@ fn reals_asked_together_report_their_covariance() {
     let all = many.ask("P(X, Y)").unwrap();
     let text = all.to_string();
     assert!(text.contains("with Y") && text.lines().all(|line| line.chars().count() <= 80), "{all}");
-    near(json(&all)["covariance"][8][8].as_f64().unwrap(), 4.0);
-    near(json(&all)["covariance"][9][8].as_f64().unwrap(), 0.0);
+    close(json(&all)["covariance"][8][8].as_f64().unwrap(), 4.0);
+    close(json(&all)["covariance"][9][8].as_f64().unwrap(), 0.0);
 }
 
 #[test]
@@ -68,7 +64,7 @@ fn a_mixture_reports_the_covariance_of_all_its_components() {
     let both = pair.ask("P(A, B)").unwrap();
     // Var A = 1 + 2², Cov(A, B) = Var A, Var B = Var A + 1.
     matrix(&json(&both)["covariance"], &[&[5.0, 5.0], &[5.0, 6.0]]);
-    near(both.covariance("B", "A").unwrap(), 5.0);
+    close(both.covariance("B", "A").unwrap(), 5.0);
     assert!(both.to_string().contains("covariance with A  with B"), "{both}");
     // The median of a symmetric distribution is not a rounding error.
     assert_eq!(pair.ask("quantile(0.5) P(A)").unwrap().number().unwrap().to_bits(), 0.0f64.to_bits());

@@ -2,7 +2,7 @@
 //!
 //! In: finite programs over time. Out: filtered, smoothed and most likely states. Invariant: expected values are counted by hand.
 
-use crate::support::{model_of, question};
+use crate::support::{all_near, model_of, question};
 use bp_core::compiler::answer::{Answer, ask, ask_over_time};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
@@ -25,13 +25,6 @@ fn figures(answer: &Answer) -> Vec<f64> {
     answer.answer.iter().map(|row| row.p().unwrap()).collect()
 }
 
-#[track_caller]
-fn near(found: &[f64], expected: &[f64], tolerance: f64) {
-    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= tolerance);
-    assert!(all, "{found:?}, expected {expected:?}");
-}
-
 const STARTED: &str = "program Machine { variables { Up, Up^-1, Light : bool; }
     decomposition { P(initial(Up)) P(Up | Up^-1) P(Light | Up) }
     forms { P(initial(Up)) = bernoulli(0.8); P(Up | Up^-1) = bernoulli(if Up^-1 { 0.7 } else { 0.1 });
@@ -47,16 +40,16 @@ fn the_first_instant_has_a_form_of_its_own() {
     // By hand: P(up₁ | on) = 0.8 · 0.9 / (0.8 · 0.9 + 0.2 · 0.2) = 0.72 / 0.76.
     let first = 0.72 / 0.76;
     let found = on("filter P(Up | Light)", &[1.0]);
-    near(&figures(&found), &[1.0 - first, first], 1e-14);
+    all_near(&figures(&found), &[1.0 - first, first], 1e-14);
     assert!((found.ln_evidence.unwrap() - 0.76f64.ln()).abs() < 1e-14);
     // One step: 0.1 + 0.6 p; then no light.
     let moved = 0.1 + 0.6 * first;
     let second = moved * 0.1 / (moved * 0.1 + (1.0 - moved) * 0.8);
-    near(&figures(&on("filter P(Up | Light)", &[1.0, 0.0])), &[1.0 - second, second], 1e-14);
-    near(&figures(&on("predict(1) P(Up | Light)", &[1.0]))[1..], &[moved], 1e-14);
+    all_near(&figures(&on("filter P(Up | Light)", &[1.0, 0.0])), &[1.0 - second, second], 1e-14);
+    all_near(&figures(&on("predict(1) P(Up | Light)", &[1.0]))[1..], &[moved], 1e-14);
     // P(up₁ | on, off) ∝ 0.72 (0.7 · 0.1 + 0.3 · 0.8), P(down₁ | on, off) ∝ 0.04 (0.1 · 0.1 + 0.9 · 0.8).
     let (up, down) = (0.72 * 0.31, 0.04 * 0.73);
-    near(
+    all_near(
         &figures(&on("smooth P(Up | Light)", &[1.0, 0.0]))[..2],
         &[down / (up + down), up / (up + down)],
         1e-14,
@@ -66,7 +59,7 @@ fn the_first_instant_has_a_form_of_its_own() {
     let values: Vec<&str> = likely.answer.iter().map(|row| row.values[1].1.as_str()).collect();
     assert_eq!(values, ["true", "false"]);
     let most = on("max sequence P(Up | Light)", &[1.0, 0.0]);
-    near(&figures(&most), &[0.72 * 0.24 / (up + down)], 1e-14);
+    all_near(&figures(&most), &[0.72 * 0.24 / (up + down)], 1e-14);
     let now = ask(&model, &question(&model, "P(Up | Light = true)"), &Inputs::new()).unwrap_err().to_string();
     assert!(now.contains("has a form of its own at the first instant: ask over time"), "{now}");
 }
@@ -82,7 +75,7 @@ fn a_first_instant_may_depend_on_the_parents_of_its_factor() {
     );
     let found = asked(&model, "filter P(Kind | Light)", &["Light"], &[vec![1.0]]).unwrap();
     // 0.9 + 0.1 / 2 = 0.95 against 0.2 + 0.8 / 2 = 0.6.
-    near(&figures(&found), &[0.6 / 1.55, 0.95 / 1.55], 1e-14);
+    all_near(&figures(&found), &[0.6 / 1.55, 0.95 / 1.55], 1e-14);
 }
 
 /// X reads what Y was, but not at the first instant, where it has a form of its own: Y^-1 needs no factor.
@@ -96,10 +89,10 @@ fn what_is_read_at_later_instants_only_needs_no_factor_before_the_first() {
                     P(Z | X) = bernoulli(if X { 0.9 } else { 0.3 }); } }",
     );
     let found = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0]]).unwrap();
-    near(&figures(&found), &[0.25, 0.75], 1e-14);
+    all_near(&figures(&found), &[0.25, 0.75], 1e-14);
     // P(X₂) = 0.9 · 0.75 · 0.3 + 0.2 (1 − 0.75 · 0.3)
     let found = asked(&model, "filter P(X | Z)", &["Z"], &[vec![1.0], vec![f64::NAN]]).unwrap();
-    near(&figures(&found)[found.answer.len() - 2..], &[1.0 - 0.3575, 0.3575], 1e-14);
+    all_near(&figures(&found)[found.answer.len() - 2..], &[1.0 - 0.3575, 0.3575], 1e-14);
 }
 
 /// Nothing stands before the first instant where it has a form of its own: the answers begin with the second.

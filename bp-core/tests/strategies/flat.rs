@@ -2,17 +2,12 @@
 //!
 //! In: programs with a `flat` form. Out: posteriors, or the reason of a refusal. Invariant: expected values are computed by hand.
 
-use crate::support::{model_of, question};
+use crate::support::{model_of, near, question};
 use bp_core::compiler::answer::{Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::prelude::Program;
 use statrs::distribution::{Continuous, Normal};
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
-}
 
 /// Mean and deviation of each searched variable, and ln of the density of the observations.
 fn posterior(text: &str, asked: &str) -> Result<(Vec<[f64; 2]>, f64), Error> {

@@ -4,7 +4,7 @@
 //! gains, decay and response are those of Laurens and Angelaki (eLife 6:e28074, 2017); the time constant is
 //! τ_c · sqrt(1 + σ_Ω² / σ_V²).
 
-use crate::support::{model_of, question};
+use crate::support::{model_of, near, question};
 use bp_core::compiler::answer::{Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
@@ -36,11 +36,6 @@ fn yaw(parameters: &[(&str, f64)]) -> Filter {
     let mut filter = Filter::new(&model, &closed_form(&model, "estimate"), parameters).unwrap();
     filter.settle().unwrap();
     filter
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
 }
 
 #[test]

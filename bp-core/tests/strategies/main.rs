@@ -30,6 +30,7 @@ mod paths;
 mod planner;
 mod points_and_precisions;
 mod predicates;
+mod programs;
 mod recursions;
 mod reference_posteriors;
 mod rows;

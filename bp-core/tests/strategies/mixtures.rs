@@ -4,7 +4,7 @@
 //! expected values come from products of normal densities of one or two dimensions, by a script that shares no code
 //! with the crate, or from hand arithmetic.
 
-use crate::support::{model_of, question};
+use crate::support::{model_of, near, question};
 use bp_core::compiler::answer::{Answer, Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
@@ -19,11 +19,6 @@ fn answer(model: &Model, text: &str) -> Answer {
     let answer = answer_with(model, text, &Inputs::new()).unwrap();
     assert_eq!(answer.strategy, Strategy::Mixture, "{text}");
     answer
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64, tolerance: f64) {
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
 }
 
 /// Körding et al., *Causal inference in multisensory perception*, PLoS ONE 2(9):e943, 2007.

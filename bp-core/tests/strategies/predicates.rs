@@ -2,15 +2,11 @@
 //!
 //! In: programs as texts. Out: probabilities. Invariant: expected values are exact, computed by hand in the comments.
 
+use crate::support::close;
 use bp_core::prelude::*;
 
 fn program(text: &str) -> Program {
     Program::parse(text).unwrap_or_else(|error| panic!("{error}"))
-}
-
-#[track_caller]
-fn near(found: f64, expected: f64) {
-    assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found}, expected {expected}");
 }
 
 /// One component of a dirichlet(3, 2) posterior is beta(3, 2): P(Share > ½) = 11/16.
@@ -25,11 +21,11 @@ fn a_component_of_proportions_has_a_beta_distribution() {
     );
     let red = ballots.ask("P(Share[0] | Votes = [2, 1])").unwrap();
     assert!(red.to_string().contains("beta(3, 2)"), "{red}");
-    near(red.mean().unwrap(), 0.6);
-    near(ballots.ask("expectation P(Share[1] | Votes = [2, 1])").unwrap().number().unwrap(), 0.4);
+    close(red.mean().unwrap(), 0.6);
+    close(ballots.ask("expectation P(Share[1] | Votes = [2, 1])").unwrap().number().unwrap(), 0.4);
     let most = ballots.ask("P(Share[0] > 0.5 | Votes = [2, 1])").unwrap();
     assert!(most.strategy().is_exact());
-    near(most.p(true).unwrap(), 11.0 / 16.0);
+    close(most.p(true).unwrap(), 11.0 / 16.0);
     // Two components of one vector depend on each other: no single law decides.
     assert!(!ballots.ask("P(Share[0] > 2 * Share[1] | Votes = [2, 1])").unwrap().strategy().is_exact());
 }
@@ -54,7 +50,7 @@ fn a_predicate_of_a_precision_is_answered_by_its_law() {
     ] {
         let found = normal.ask(question).unwrap();
         assert!(found.strategy().is_exact(), "{question}");
-        near(found.p(true).unwrap(), expected);
+        close(found.p(true).unwrap(), expected);
     }
 }
 

@@ -3,6 +3,7 @@
 //! In: programs, and columns in memory. Out: posteriors, predictions, learned numbers, errors. Invariant: expected values are
 //! from normal equations in exact fractions, or counted by hand.
 
+use crate::support::close;
 use bp_core::prelude::*;
 
 const LINE: &str = "program Line {
@@ -42,12 +43,6 @@ fn pupils() -> Rows {
 }
 
 #[track_caller]
-fn near(found: f64, expected: f64) {
-    let tolerance = 1e-12 * expected.abs().max(1.0);
-    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
-}
-
-#[track_caller]
 fn refused(rows: Result<Program, bp_core::Error>, words: &str) {
     let message = rows.map(|_| "read").unwrap_err().to_string();
     assert!(message.contains(words), "{message}\nexpected: {words}");
@@ -58,23 +53,23 @@ fn a_regression_over_rows_is_the_solution_of_its_normal_equations() {
     let line = program(LINE).rows(points()).unwrap();
     let both = line.ask("P(A, B)").unwrap();
     assert_eq!(both.strategy().name(), "gaussian");
-    near(both.of("A").unwrap().mean().unwrap(), 1.099_130_017_449_299_3);
-    near(both.of("B").unwrap().mean().unwrap(), 0.201_571_988_444_364_47);
-    near(both.covariance("A", "A").unwrap(), 0.124_224_116_441_749_65);
-    near(both.covariance("A", "B").unwrap(), -0.248_241_365_079_266_56);
-    near(both.ln_evidence().unwrap(), -8.054_494_826_094_109);
+    close(both.of("A").unwrap().mean().unwrap(), 1.099_130_017_449_299_3);
+    close(both.of("B").unwrap().mean().unwrap(), 0.201_571_988_444_364_47);
+    close(both.covariance("A", "A").unwrap(), 0.124_224_116_441_749_65);
+    close(both.covariance("A", "B").unwrap(), -0.248_241_365_079_266_56);
+    close(both.ln_evidence().unwrap(), -8.054_494_826_094_109);
     // The row without a value is predicted; a row beyond the others may be one too.
     for question in ["P(Y)", "P(Y[3])", "P(Y[3] | Y)"] {
         let new = line.ask(question).unwrap();
-        near(new.mean().unwrap(), 4.598_092_058_241_561);
-        near(new.variance().unwrap(), 0.830_988_228_187_600_1);
+        close(new.mean().unwrap(), 4.598_092_058_241_561);
+        close(new.variance().unwrap(), 0.830_988_228_187_600_1);
     }
     let missing = line.missing().unwrap();
     assert_eq!((missing.len(), missing[0].question()), (1, "P(Y[3])"));
-    near(missing[0].mean().unwrap(), 4.598_092_058_241_561);
+    close(missing[0].mean().unwrap(), 4.598_092_058_241_561);
     // Evidence that the missing row has a value: a point on the line gives no new information about its height.
     let known = line.ask("P(A | Y[3] = 4.598092058241561)").unwrap();
-    near(known.mean().unwrap(), 1.099_130_017_449_299_3);
+    close(known.mean().unwrap(), 1.099_130_017_449_299_3);
 }
 
 #[test]
@@ -89,20 +84,20 @@ fn groups_that_are_data_are_ragged_and_named() {
     ];
     for (name, mean, variance) in expected {
         let one = all.of(name).unwrap();
-        near(one.mean().unwrap(), mean);
-        near(one.variance().unwrap(), variance);
+        close(one.mean().unwrap(), mean);
+        close(one.variance().unwrap(), variance);
     }
     // A new pupil of a school without other pupils.
     let new = schools.ask("P(Y)").unwrap();
-    near(new.variance().unwrap(), 7.159_867_085_102_455);
+    close(new.variance().unwrap(), 7.159_867_085_102_455);
     // The same schools by their numbers, and as a table of their own in another order.
     let numbered = Rows::new().column("school", [0, 0, 1, 0, 1]).column("Y", [2.0, 3.0, 7.0, 2.5, 6.5]);
     let numbered = program(SCHOOLS).with("Schools", 3).unwrap().rows(numbered).unwrap();
-    near(numbered.ask("P(Alpha[2])").unwrap().variance().unwrap(), 6.159_867_085_102_455);
+    close(numbered.ask("P(Alpha[2])").unwrap().variance().unwrap(), 6.159_867_085_102_455);
     let names = Rows::new().column("Schools", ["Mill", "Lake", "Hill"]);
     let names = names.and_records(pupils_as_records());
     let named = program(SCHOOLS).rows(names).unwrap();
-    near(named.ask("P(Alpha[2])").unwrap().mean().unwrap(), 2.652_759_830_164_297_4);
+    close(named.ask("P(Alpha[2])").unwrap().mean().unwrap(), 2.652_759_830_164_297_4);
 }
 
 fn pupils_as_records() -> bp_core::compiler::data::Records {
@@ -115,13 +110,13 @@ fn finite_rows_are_counted_and_missing_ones_predicted() {
     let rows = || Rows::new().column("p", [0.1, 0.2, 0.3]);
     let all = program(SPAM).rows(rows().column("W", ["true", "true", "false"])).unwrap();
     // 0.3 · 0.1 · 0.2 · 0.7 against 0.7 / 8.
-    near(all.ask("P(Spam)").unwrap().p(true).unwrap(), 0.0042 / (0.0042 + 0.0875));
+    close(all.ask("P(Spam)").unwrap().p(true).unwrap(), 0.0042 / (0.0042 + 0.0875));
     let some = program(SPAM).rows(rows().column("W", ["true", "NA", "false"])).unwrap();
     // 0.3 · 0.1 · 0.7 against 0.7 / 4: 3/28; the missing word 3/28 · 1/5 + 25/28 · 1/2.
-    near(some.ask("P(Spam)").unwrap().p(true).unwrap(), 3.0 / 28.0);
-    near(some.ask("P(W)").unwrap().p(true).unwrap(), 13.1 / 28.0);
-    near(some.missing().unwrap()[0].p(true).unwrap(), 13.1 / 28.0);
-    near(some.ask("P(W[1] | Spam = true)").unwrap().p(true).unwrap(), 0.2);
+    close(some.ask("P(Spam)").unwrap().p(true).unwrap(), 3.0 / 28.0);
+    close(some.ask("P(W)").unwrap().p(true).unwrap(), 13.1 / 28.0);
+    close(some.missing().unwrap()[0].p(true).unwrap(), 13.1 / 28.0);
+    close(some.ask("P(W[1] | Spam = true)").unwrap().p(true).unwrap(), 0.2);
 }
 
 #[test]
@@ -135,7 +130,7 @@ fn a_range_of_run_time_length_has_a_row_for_each_index() {
     let rows = Rows::new().column("Toss", [true, true, false, true]);
     let tosses = program(tosses).rows(rows).unwrap();
     // 1/16 against 27/256.
-    near(tosses.ask("P(Fair)").unwrap().p(true).unwrap(), 16.0 / 43.0);
+    close(tosses.ask("P(Fair)").unwrap().p(true).unwrap(), 16.0 / 43.0);
 }
 
 #[test]
@@ -156,8 +151,8 @@ fn several_columns_of_numbers_and_truth_values_are_fields() {
         .column("Y", [1.0, 3.0]);
     let asked = program(dose).rows(rows).unwrap().ask("P(Base, Effect)").unwrap();
     // Precision [[3, 2], [2, 5]], information [4, 6]: [8, 10] / 11.
-    near(asked.of("Base").unwrap().mean().unwrap(), 8.0 / 11.0);
-    near(asked.of("Effect").unwrap().mean().unwrap(), 10.0 / 11.0);
+    close(asked.of("Base").unwrap().mean().unwrap(), 8.0 / 11.0);
+    close(asked.of("Effect").unwrap().mean().unwrap(), 10.0 / 11.0);
 }
 
 #[test]
@@ -255,6 +250,6 @@ fn missing_labels_are_predicted_from_reals() {
     // The density at 3 over that at 0 is exp(3 y - 9/2).
     for (row, cell) in (0..40).filter(|row| row % 8 != 0).zip(&missing) {
         let odds = 0.4 / 0.6 * (3.0 * y(row) - 4.5).exp();
-        near(cell.p(true).unwrap(), odds / (1.0 + odds));
+        close(cell.p(true).unwrap(), odds / (1.0 + odds));
     }
 }

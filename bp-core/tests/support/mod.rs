@@ -6,6 +6,7 @@
 
 pub(crate) mod brute;
 pub(crate) mod learning;
+pub(crate) mod node;
 pub(crate) mod random;
 
 use bp_core::compiler::exec::{Inputs, interpret};
@@ -17,6 +18,39 @@ use bp_core::compiler::plan::{Options, Rewrites, Route, plan};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::{compile, parse_question};
 use std::collections::BTreeMap;
+
+/// Two numbers, within a distance.
+#[track_caller]
+pub(crate) fn near(found: f64, expected: f64, tolerance: f64) {
+    assert!((found - expected).abs() <= tolerance, "{found}, expected {expected}");
+}
+
+/// Two numbers up to rounding: relative where they are above 1.
+#[track_caller]
+pub(crate) fn close(found: f64, expected: f64) {
+    near(found, expected, 1e-12 * expected.abs().max(1.0));
+}
+
+/// Two lists of numbers, each within a distance.
+#[track_caller]
+pub(crate) fn all_near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{found:?}, expected {expected:?}");
+    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= tolerance);
+    assert!(all, "{found:?}, expected {expected:?}");
+}
+
+/// Two lists of numbers up to rounding.
+#[track_caller]
+pub(crate) fn all_close(found: &[f64], expected: &[f64]) {
+    all_near(found, expected, 1e-12);
+}
+
+/// The answer to a question up to rounding: relative where it is above a thousandth.
+#[track_caller]
+pub(crate) fn agrees(found: f64, expected: f64, question: &str) {
+    let near = (found - expected).abs() <= 1e-12 * expected.abs().max(1e-3);
+    assert!(near, "{question}: {found}, expected {expected}");
+}
 
 /// The model of a text.
 pub(crate) fn model_of(text: &str) -> Model {
