@@ -107,7 +107,7 @@ fn a_variable_before_the_first_instant_has_no_answer() {
     assert_eq!(found.answer.iter().map(|row| row.values[0].1.clone()).collect::<Vec<_>>(), ["2", "2"]);
     // P(up₁ | on, off), as above.
     let (up, down) = (0.72 * 0.31, 0.04 * 0.73);
-    near(&figures(&found), &[down / (up + down), up / (up + down)], 1e-14);
+    all_near(&figures(&found), &[down / (up + down), up / (up + down)], 1e-14);
     let sequence = on("sequence P(Up Up^-1 | Light)", &[1.0, 0.0]).unwrap();
     let values: Vec<&str> =
         sequence.answer.iter().flat_map(|row| &row.values).map(|it| it.1.as_str()).collect();
@@ -131,7 +131,7 @@ fn a_table_of_several_rows_is_the_law_of_the_first_instant() {
     let part = |first: f64, to: f64| [first * (1.0 - to) * 0.5, first * to * 0.2];
     let ([a, b], [c, d]) = (part(0.75 * 0.1, 0.2), part(0.25 * 0.8, 0.9));
     let all = a + b + c + d;
-    near(&figures(&found), &[(a + b) / all, (c + d) / all, (a + c) / all, (b + d) / all], 1e-14);
+    all_near(&figures(&found), &[(a + b) / all, (c + d) / all, (a + c) / all, (b + d) / all], 1e-14);
     assert!((found.ln_evidence.unwrap() - all.ln()).abs() < 1e-14);
 }
 

@@ -28,7 +28,7 @@ impl super::Engine for Engine {
             }
             false => {
                 if let Some(id) =
-                    relevant(model, asks).into_iter().find(|id| is_mixed_at_value(model, asks, *id))
+                    relevant_factors(model, asks).into_iter().find(|id| is_mixed_at_value(model, asks, *id))
                 {
                     let reason = format!(
                         "`{}` has a point in some cases and a density in others: at a value, sums would add a probability to a \
