@@ -345,21 +345,16 @@ fn fitted(
     }
 }
 
-fn conjugate(
-    law: Law,
-    known: &[f64],
-    [first, second]: [f64; 2],
-    sample: &Sample,
-) -> Result<Vec<f64>, Refusal> {
+fn conjugate(law: Law, known: &[f64], [a, b]: [f64; 2], sample: &Sample) -> Result<Vec<f64>, Refusal> {
     let total = sample.total();
     let sum = if sample.is_empty() { 0.0 } else { sample.mean_of(|x| x) * total };
     Ok(match (law, known) {
-        (Law::Poisson, _) => vec![(first + sum) / (second + total)],
-        (Law::Exponential, _) => vec![(first + total) / (second + sum)],
-        (Law::Binomial, [trials]) => vec![*trials, (first + sum) / (first + second + trials * total)],
+        (Law::Poisson, _) => vec![(a + sum) / (b + total)],
+        (Law::Exponential, _) => vec![(a + total) / (b + sum)],
+        (Law::Binomial, [trials]) => vec![*trials, (a + sum) / (a + b + trials * total)],
         (Law::Normal, [deviation]) => {
-            let (before, each) = (1.0 / (second * second), 1.0 / (deviation * deviation));
-            vec![(first * before + sum * each) / (before + total * each), *deviation]
+            let (before, each) = (1.0 / (b * b), 1.0 / (deviation * deviation));
+            vec![(a * before + sum * each) / (before + total * each), *deviation]
         }
         _ => return Err("has no conjugate prior"),
     })
