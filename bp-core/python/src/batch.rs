@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 const ROWS: [usize; 2] = [1 << 6, 1 << 16];
 const GLANCE: Duration = Duration::from_millis(100);
 
-/// Names, columns, and (row, reason) of the rows without an answer.
-pub(crate) type Columns<'py> = (Vec<String>, Vec<Bound<'py, PyArray1<f64>>>, Vec<(usize, String)>);
+/// The number of rows, names, columns, and (row, reason) of the rows without an answer.
+pub(crate) type Columns<'py> = (usize, Vec<String>, Vec<Bound<'py, PyArray1<f64>>>, Vec<(usize, String)>);
 
 /// Columns that are not finished.
 #[derive(Default)]
@@ -72,6 +72,14 @@ pub(crate) fn batch<'py>(
     table: &Bound<'py, PyAny>,
     only: &[String],
 ) -> PyResult<Columns<'py>> {
+    for name in only {
+        let plain = name.split('[').next().unwrap_or(name).trim();
+        if program.model().variable(name).or_else(|| program.model().variable(plain)).is_none() {
+            let variables = program.variables().join("`, `");
+            let message = format!("there is no variable of this name; the variables are `{variables}`");
+            return Err(raised(Error::input(name, message)));
+        }
+    }
     let (own, only) = (program.clone(), only.to_vec());
     let found = match table.extract::<PathBuf>() {
         Ok(path) => patiently_until(py, move |_| {
@@ -86,7 +94,7 @@ pub(crate) fn batch<'py>(
     };
     let found = found.map_err(raised)?;
     let columns = found.columns.into_iter().map(|column| PyArray1::from_vec(py, column));
-    Ok((found.names, columns.collect(), found.reasons))
+    Ok((found.rows, found.names, columns.collect(), found.reasons))
 }
 
 fn answered(

@@ -5,6 +5,7 @@
 //!
 //! The parts of a head share state that belongs to one thread: the thread of the head holds them.
 
+use crate::array::{finite, float32};
 use crate::error::{raised, raised_by_map, wrong};
 use crate::volumetric::{Map, ranges_of_depth};
 use bp_core::prelude::Error;
@@ -15,7 +16,6 @@ use bvm::head::{self, Attitude, Evidence, Look, Neck, Sense, Sensed, Turned};
 use bvm::map::{self, Heading};
 use bvm::vision::{EvidenceKind, RangeReading, Sight};
 use bvm::world::World;
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -222,7 +222,7 @@ impl Head {
     fn look<'py>(
         &self,
         py: Python<'py>,
-        depth: Option<PyReadonlyArray2<'py, f32>>,
+        depth: Option<&Bound<'py, PyAny>>,
         focal_px: Option<[f64; 2]>,
         centre_px: Option<[f64; 2]>,
         yaw: f64,
@@ -234,6 +234,8 @@ impl Head {
             (true, None, ..) => self.looked(py, None),
             (true, Some(_), ..) => Err(wrong("a simulated head measures by itself: give no depth")),
             (false, Some(depth), Some(focal), Some(centre)) => {
+                finite(&[("time_s", time_s)])?;
+                let depth = float32("depth", "(row, column)", depth)?;
                 let attitude = Attitude { yaw, pitch, roll, sd_yaw: 0.0 };
                 let ranges = ranges_of_depth(&self.grid, &depth, (focal, centre), &attitude)?;
                 let reading = |range: &f32| {

@@ -4,8 +4,8 @@
 //! `bp_core::prelude` gives them. Invariant: long work runs without the interpreter lock; every error of a program, of data
 //! or of a question is a Python exception with its place.
 
+mod array;
 mod batch;
-
 mod derivation;
 mod diagram;
 mod error;

@@ -39,6 +39,7 @@ impl Setting {
     pub(crate) fn applied(&self, program: prelude::Program) -> Result<prelude::Program, Error> {
         Ok(match self {
             Setting::With(name, value) => program.with(name, value.clone())?,
+            Setting::Draws(0) => return Err(Error::input("draws", "0 was given, but at least 1 is needed")),
             Setting::Draws(count) => program.draws(*count),
             Setting::Seed(seed) => program.seed(*seed),
             Setting::By(strategy) => program.by(strategy)?,

@@ -14,8 +14,8 @@ use arrow_array::{Array, ArrayRef, BooleanArray};
 use arrow_schema::DataType;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Error, Records};
-use numpy::{PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
-use pyo3::exceptions::PyImportError;
+use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyImportError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyMapping, PyString};
 use pyo3_arrow::PyArray;
@@ -61,7 +61,14 @@ impl Table {
                 Ok(batches) => Self::of_arrow(batches)?,
                 // pandas exports by means of pyarrow, which may be absent.
                 Err(error) if error.is_instance_of::<PyImportError>(py) => Self::of_columns(table)?,
-                Err(error) => return Err(error),
+                Err(error) if table.hasattr("columns")? || table.hasattr("schema")? => {
+                    return Err(match error.is_instance_of::<PyValueError>(py) {
+                        true => wrong(error.value(py).to_string()),
+                        false => error,
+                    });
+                }
+                // One column, such as a series.
+                Err(_) => return Err(no_columns(table)),
             },
             false => Self::of_columns(table)?,
         };
@@ -88,10 +95,7 @@ impl Table {
         } else if table.hasattr("columns")? {
             table.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?
         } else {
-            let kind = table.get_type().name()?;
-            return Err(wrong(format!(
-                "a table is a path, a frame (pandas, polars, Arrow) or a mapping of names to columns, not a `{kind}`"
-            )));
+            return Err(no_columns(table));
         };
         let (mut columns, mut cells, mut rows) = (Vec::new(), Vec::new(), None);
         for name in names {
@@ -243,6 +247,13 @@ fn arrow_cell(array: &ArrayRef, row: usize, words: [&str; 2], text: &mut String)
     }
 }
 
+fn no_columns(table: &Bound<'_, PyAny>) -> PyErr {
+    let kind = table.get_type().name().map_or_else(|_| "object".to_owned(), |name| name.to_string());
+    wrong(format!(
+        "a table is a path, a frame (pandas, polars, Arrow) or a mapping of names to columns, not a `{kind}`"
+    ))
+}
+
 /// The numbers or booleans of an array of numpy; `None` of other types. Numbers that are contiguous, aligned and of
 /// the machine's byte order are read where they are, others are copied; booleans become bits.
 fn numbers(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<ArrayRef>> {
@@ -270,6 +281,13 @@ fn column(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(Strin
         }
         if let Some(numbers) = numbers(array)? {
             return Ok((name, Cells::Arrow(numbers)));
+        }
+        // Texts, objects and reals of other widths are read one by one.
+        if !b"UOTf".contains(&array.dtype().kind()) {
+            let kind = array.dtype();
+            return Err(wrong(format!(
+                "column `{name}` has the type {kind}: give text, booleans, integers, reals or categories"
+            )));
         }
     }
     if values.cast::<PyString>().is_ok() || !values.hasattr("__iter__")? {

@@ -4,6 +4,7 @@
 //! is that of `bvm`: x ahead, y left, z up, m; azimuth to the left and elevation upwards, rad. Arrays have the axes (ρ,
 //! elevation, azimuth); contiguous ones are read where they are, others are copied; what is returned is the caller's own.
 
+use crate::array::{finite, float32};
 use crate::error::{raised_by_map, wrong};
 use bvm::exploration::Gradient;
 use bvm::frame::{Spherical, from_camera};
@@ -105,8 +106,11 @@ pub(crate) fn readings(
     }
     let one = |range: &f32| match *range {
         range if range.is_nan() => Ok(None),
-        range if range > 0.0 => Ok(Some(RangeReading { range_m: range, confidence })),
-        range => Err(wrong(format!("a range is {range} m, but it must be positive; NaN means no reading"))),
+        range if range > 0.0 && range.is_finite() => Ok(Some(RangeReading { range_m: range, confidence })),
+        range => {
+            let message = "but it must be positive and finite; NaN means no reading";
+            Err(wrong(format!("a range is {range} m, {message}")))
+        }
     };
     ranges.iter().map(one).collect()
 }
@@ -118,6 +122,14 @@ pub(crate) fn ranges_of_depth(
     (focal, centre): ([f64; 2], [f64; 2]),
     attitude: &Attitude,
 ) -> PyResult<Vec<f32>> {
+    let Attitude { yaw, pitch, roll, .. } = *attitude;
+    finite(&[
+        ("yaw", yaw),
+        ("pitch", pitch),
+        ("roll", roll),
+        ("centre_px", centre[0]),
+        ("centre_px", centre[1]),
+    ])?;
     if !focal.iter().all(|focal| focal.is_finite() && *focal > 0.0) {
         return Err(wrong(format!("the focal lengths are {focal:?} pixels, but they must be positive")));
     }
@@ -227,7 +239,7 @@ impl Map {
     fn likelihood<'py>(
         &self,
         py: Python<'py>,
-        ranges: PyReadonlyArray2<'py, f32>,
+        ranges: &Bound<'py, PyAny>,
         sigma_m: f64,
         confidence: f32,
         evidence: &str,
@@ -235,6 +247,7 @@ impl Map {
         if !(sigma_m > 0.0 && sigma_m.is_finite()) {
             return Err(wrong(format!("sigma_m is {sigma_m}, but it must be positive")));
         }
+        let ranges = float32("ranges", "(elevation, azimuth)", ranges)?;
         let (readings, evidence) = (readings(&self.grid, &ranges, confidence)?, evidence_kind(evidence)?);
         let found = py.detach(|| self.state().sight.likelihood(&self.grid, &readings, sigma_m, evidence));
         let [rho, elevation, azimuth] = self.shape();
@@ -244,11 +257,13 @@ impl Map {
     /// One step of the filter: prediction, then estimation from the likelihoods of some sensors, each an array (2, ρ,
     /// elevation, azimuth), float32, none negative; without any it is only predicted.
     #[pyo3(signature = (*likelihoods))]
-    fn observe(&self, py: Python<'_>, likelihoods: Vec<PyReadonlyArray4<'_, f32>>) -> PyResult<()> {
+    fn observe(&self, py: Python<'_>, likelihoods: Vec<Bound<'_, PyAny>>) -> PyResult<()> {
         let [rho, elevation, azimuth] = self.shape();
         let expected = [2, rho, elevation, azimuth];
         let mut all: Vec<map::Likelihood> = Vec::with_capacity(likelihoods.len());
         for likelihood in &likelihoods {
+            let likelihood: PyReadonlyArray4<'_, f32> =
+                float32("likelihood", "(empty and occupied, ρ, elevation, azimuth)", likelihood)?;
             let likelihood = likelihood.as_array();
             if likelihood.shape() != expected {
                 return Err(wrong(format!(
@@ -272,13 +287,13 @@ impl Map {
     fn see(
         &self,
         py: Python<'_>,
-        ranges: PyReadonlyArray2<'_, f32>,
+        ranges: &Bound<'_, PyAny>,
         sigma_m: f64,
         confidence: f32,
         evidence: &str,
     ) -> PyResult<()> {
         let likelihood = self.likelihood(py, ranges, sigma_m, confidence, evidence)?;
-        self.observe(py, vec![likelihood.readonly()])
+        self.observe(py, vec![likelihood.into_any()])
     }
 
     /// The range of the nearest pixel in each direction of the map, m: an array (elevation, azimuth), float32, NaN where no
@@ -290,7 +305,7 @@ impl Map {
     fn ranges<'py>(
         &self,
         py: Python<'py>,
-        depth: PyReadonlyArray2<'py, f32>,
+        depth: &Bound<'py, PyAny>,
         focal_px: [f64; 2],
         centre_px: [f64; 2],
         yaw: f64,
@@ -298,6 +313,7 @@ impl Map {
         roll: f64,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let attitude = Attitude { yaw, pitch, roll, sd_yaw: 0.0 };
+        let depth = float32("depth", "(row, column)", depth)?;
         let ranges = ranges_of_depth(&self.grid, &depth, (focal_px, centre_px), &attitude)?;
         PyArray1::from_vec(py, ranges).reshape(vec![self.grid.elevation_cells(), self.grid.azimuth_cells()])
     }
@@ -306,6 +322,7 @@ impl Map {
     /// heading among equals; `yaw`, rad to the left, is the heading.
     #[pyo3(signature = (yaw = 0.0))]
     fn gaze(&self, py: Python<'_>, yaw: f64) -> PyResult<Gaze> {
+        finite(&[("yaw", yaw)])?;
         let chosen = py.detach(|| {
             let state = &mut *self.state();
             state.rule.choose(&state.map, &Heading { yaw })
@@ -332,8 +349,8 @@ impl Map {
 #[allow(clippy::type_complexity)]
 pub(crate) fn disparities<'py>(
     py: Python<'py>,
-    left: PyReadonlyArray2<'py, f32>,
-    right: PyReadonlyArray2<'py, f32>,
+    left: &Bound<'py, PyAny>,
+    right: &Bound<'py, PyAny>,
     most: usize,
     matcher: &str,
 ) -> PyResult<(Bound<'py, PyArrayDyn<f32>>, Bound<'py, PyArrayDyn<f32>>)> {
@@ -342,12 +359,13 @@ pub(crate) fn disparities<'py>(
         "coherence" => Matcher::Coherence,
         other => return Err(wrong(format!("there is no matcher `{other}`: give `scanline` or `coherence`"))),
     };
-    let picture = |pixels: &PyReadonlyArray2<'_, f32>| {
+    let picture = |name: &str, pixels: &Bound<'py, PyAny>| {
+        let pixels: PyReadonlyArray2<'_, f32> = float32(name, "(row, column)", pixels)?;
         let pixels = pixels.as_array();
         let (height, width) = pixels.dim();
         GreyImage::new(width, height, pixels.iter().copied().collect()).map_err(raised_by_map)
     };
-    let (left, right) = (picture(&left)?, picture(&right)?);
+    let (left, right) = (picture("left", left)?, picture("right", right)?);
     let found = py.detach(|| match_pair(&left, &right, most, matcher)).map_err(raised_by_map)?;
     let DisparityMap { width, height, disparity, confidence, .. } = found;
     let array = |numbers: Vec<f32>| PyArray1::from_vec(py, numbers).reshape(vec![height, width]);

@@ -110,6 +110,9 @@ def test_disparities_of_a_shifted_picture():
     ("call", "message"),
     [
         (lambda m: m.see(np.ones((3, 3), np.float32)), r"shape \[3, 3\].*\[12, 24\]"),
+        (lambda m: m.see(np.full((12, 24), np.inf, np.float32)), "a range is inf m"),
+        (lambda m: m.gaze(yaw=math.nan), "`yaw` is NaN"),
+        (lambda m: m.ranges(np.ones((4, 4), np.float32), focal_px=(1, 1), centre_px=(1, 1), roll=math.inf), "`roll` is inf"),
         (lambda m: m.see(np.full((12, 24), -1.0, np.float32)), "a range is -1 m"),
         (lambda m: m.see(np.ones((12, 24), np.float32), sigma_m=0.0), "sigma_m is 0"),
         (lambda m: m.see(np.ones((12, 24), np.float32), confidence=2.0), "confidence is 2"),
@@ -155,3 +158,27 @@ def test_an_experiment_is_rows():
 def test_an_experiment_names_what_is_wrong(arguments, message):
     with pytest.raises(bp.Error, match=message):
         bvm.experiment(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda m: m.see(np.ones((12, 24))), r"`ranges` is an array of float64 .*\[12, 24\].*float32 .*\(elevation, azimuth\)"),
+        (lambda m: m.see(np.ones(12, np.float32)), r"`ranges` is an array of float32 .*\[12\]"),
+        (lambda m: m.see([[1.0]]), "`ranges` is a `list`"),
+        (lambda m: m.observe(np.ones((2, 6, 12, 24), bool)), "`likelihood` is an array of bool"),
+        (lambda m: bvm.disparities(np.ones((4, 4), int), np.ones((4, 4), np.float32), most=2), "`left` is an array of int64"),
+        (lambda m: bvm.Head().look(np.ones((4, 4)), focal_px=(1, 1), centre_px=(1, 1)), "`depth` is an array of float64"),
+    ],
+)
+def test_wrong_arrays_say_what_to_give(small, call, message):
+    with pytest.raises(TypeError, match=message):
+        call(small)
+
+
+def test_a_head_refuses_an_attitude_that_is_not_a_number():
+    head, depth = bvm.Head(), np.ones((4, 4), np.float32)
+    for wrong in ({"yaw": math.nan}, {"time_s": math.inf}):
+        with pytest.raises(bp.InputError, match="must be a finite number"):
+            head.look(depth, focal_px=(1, 1), centre_px=(1, 1), **wrong)
+    assert head.look(depth, focal_px=(1, 1), centre_px=(1, 1))["number"] == 1

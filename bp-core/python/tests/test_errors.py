@@ -88,6 +88,8 @@ def test_values_of_wrong_kinds(grass, line):
         line.question("P(X | Y = y)").given(y=np.zeros(3)).ask()
     with pytest.raises(TypeError):
         grass.ask(3)
+    with pytest.raises(bp.InputError, match="at least 1"):
+        line.draws(0)
 
 
 def test_a_filter_answers_one_question(door):

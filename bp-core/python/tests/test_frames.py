@@ -164,6 +164,9 @@ except bp.DataError as error:
         ({"HR": np.zeros((2, 2))}, "column `HR` has 2 axes"),
         ({"HR": [object()]}, "of type `object`, which is no value"),
         ({"HR": "HIGH"}, "give a list or an array"),
+        ({"HR": np.array([1j])}, "column `HR` has the type complex128"),
+        ({"HR": np.array(["2020-01-01"], "M8[D]")}, "column `HR` has the type datetime64"),
+        ({"HR": np.array([b"HIGH"])}, "column `HR` has the type"),
         (3, "a table is a path, a frame"),
     ],
 )
@@ -185,6 +188,37 @@ def test_wrong_types_of_arrow_are_named(alarm):
     table = arrow.table({"HR": arrow.array([0, 1], arrow.timestamp("s"))})
     with pytest.raises(bp.InputError, match="column `HR` has the type Timestamp"):
         alarm.batch(table)
+
+
+def test_wrong_frames_say_what_to_mend(alarm):
+    pandas = pytest.importorskip("pandas")
+    with pytest.raises(bp.InputError, match="not a `Series`"):
+        alarm.batch(pandas.Series(["HIGH"], name="HR"))
+    with pytest.raises(bp.Error, match="[Dd]uplicate|two columns"):
+        alarm.batch(pandas.DataFrame([["HIGH", "LOW"]], columns=["HR", "HR"]))
+    with pytest.raises(bp.DataError, match="row 1, column `HR`: `HIHG`"):
+        alarm.batch(pandas.DataFrame({"HR": pandas.Categorical(["HIGH", "HIHG"])}))
+
+
+def test_names_of_the_wanted_variables(alarm, line):
+    with pytest.raises(bp.Error, match="CATECHOLL"):
+        alarm.batch({"HR": ["HIGH"]}, only=["CATECHOLL"])
+    with pytest.raises(bp.InputError, match="`Z`.*the variables are `X`, `Y`"):
+        line.batch({"Y": [1.0]}, only=["Z"])
+
+
+def test_a_frame_none_of_whose_rows_has_an_answer(line):
+    """It has the rows all the same, each with its reason."""
+    pandas = pytest.importorskip("pandas")
+    never = bp.program(
+        """program Never {
+            variables { X : real; A : bool; }
+            decomposition { P(X) P(A | X) }
+            forms { P(X) = normal(0, 1); P(A | X) = bernoulli(if X > 0 { 0 } else { 0 }); }
+        }"""
+    )
+    found = never.by("weighting").draws(100).batch(pandas.DataFrame({"A": [True, True]}, index=[3, 4]))
+    assert list(found.index) == [3, 4] and found["error"].notna().all()
 
 
 def test_learning_needs_its_columns(grass):

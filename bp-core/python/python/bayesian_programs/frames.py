@@ -24,10 +24,12 @@ class Columns(Mapping[str, "npt.NDArray[np.float64]"]):
     column `error`; NaN becomes null there.
     """
 
-    def __init__(self, names: list[str], columns: list[npt.NDArray[np.float64]], errors: list[tuple[int, str]]) -> None:
+    def __init__(
+        self, rows: int, names: list[str], columns: list[npt.NDArray[np.float64]], errors: list[tuple[int, str]]
+    ) -> None:
+        self.rows = rows
         self._columns = dict(zip(names, columns))
         self.errors: dict[int, str] = dict(errors)
-        self.rows: int = len(columns[0]) if columns else 0
 
     def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
         try:
