@@ -31,6 +31,9 @@ pub(crate) struct Origin {
     pub(crate) settings: Vec<Setting>,
 }
 
+/// What pickle needs: the function that makes the program again, and its arguments.
+pub(crate) type Reduced = (Py<PyAny>, (String, String, Py<PyAny>));
+
 impl Setting {
     /// The program with this setting.
     ///
@@ -72,7 +75,7 @@ impl Origin {
     ///
     /// # Errors
     /// A program whose text does not tell all of it.
-    pub(crate) fn reduced(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, String, Py<PyAny>))> {
+    pub(crate) fn reduced(&self, py: Python<'_>) -> PyResult<Reduced> {
         let Some((text, format)) = &self.text else {
             return Err(PyTypeError::new_err(
                 "a program with rows of data is not pickled: pickle the program before `rows`",

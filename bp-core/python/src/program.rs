@@ -8,7 +8,7 @@ use crate::derivation::Derivation;
 use crate::diagram::Diagram;
 use crate::error::{raised, wrong};
 use crate::filter::Filter;
-use crate::origin::{Origin, Setting, of_text};
+use crate::origin::{Origin, Reduced, Setting, of_text};
 use crate::posterior::Posterior;
 use crate::question::{Kept, Question};
 use crate::sheet::Sheet;
@@ -374,7 +374,7 @@ impl Program {
         Sheet::of(&self.program, self.origin.is_program()).map_err(raised)
     }
 
-    fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (String, String, Py<PyAny>))> {
+    fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<Reduced> {
         slf.get().origin.reduced(slf.py())
     }
 
