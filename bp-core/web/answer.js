@@ -1,10 +1,56 @@
-// How answers are read from the results of functions.
+// What functions are given, and how answers are read from their results.
 //
-// In: an answer as the compiler describes it, and the results of the functions of its question. Out: rows, as `bp ask
-// --json` has them: names of values, and a figure. The statistics are those of `bp ask`.
+// In: a question as the compiler describes it, the values of its controls, and the results of its functions. Out: inputs of
+// functions; rows, as `bp ask --json` has them: names of values, and a figure. The statistics are those of `bp ask`.
 
 /** Scores that differ by less than this share of the largest are tied. */
 const TIE = 1e-9;
+
+/** The inputs of functions: the values of controls, those of the elements of a family in one list. */
+function inputsOf({ controls }, values) {
+    const inputs = {};
+    for (const { name, element } of controls) {
+        if (element === undefined) {
+            inputs[name] = values[name];
+        } else {
+            inputs[element.of] ??= [];
+            inputs[element.of][element.place] = values[name];
+        }
+    }
+    return inputs;
+}
+
+/**
+ * The result of a question over time, whose functions run instant by instant: the first at the first instant, the second
+ * later, the third where nothing is observed. `rows` has the observations of each instant; what is absent or null is not
+ * observed.
+ */
+function followed({ columns, steps }, [first, later, ahead], inputs, rows) {
+    let [carried, lnEvidence, result] = [null, 0, null];
+    rows.forEach((row, at) => {
+        const given = { ...inputs, [steps.carried]: carried };
+        for (const { name, value } of columns) {
+            const own = row[name] ?? null;
+            given[name] = own ?? value;
+            given[`whether ${name} is given`] = own === null ? 0 : 1;
+        }
+        result = at === 0 ? first(given) : later(given);
+        carried = [...result.answers[0]];
+        lnEvidence += result.lnEvidence;
+    });
+    for (let at = 0; at < steps.ahead; at++) {
+        result = ahead({ ...inputs, [steps.carried]: carried });
+        carried = [...result.answers[0]];
+    }
+    return { answers: result.answers, lnEvidence };
+}
+
+/** The results of the functions of a question for the values of its controls, and observations over time. */
+function resultsOf(question, functions, values, rows) {
+    const inputs = inputsOf(question, values);
+    const own = question.functions.map((name) => functions[name]);
+    return question.instants ? [followed(question.instants, own, inputs, rows)] : own.map((run) => run(inputs));
+}
 
 /** A number with six digits, as `bp ask` prints it. */
 function digits(number) {

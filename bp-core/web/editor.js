@@ -13,6 +13,8 @@ const PAUSE = 250;
 const own = JSON.parse(byId("data").textContent);
 
 let compiling = null;
+/** The name of a question that was asked last and is shown once it is compiled. */
+let wanted = null;
 let timer = 0;
 let file = "program";
 
@@ -125,7 +127,12 @@ async function compile() {
         const functions = await import(address);
         if (compiling === asked) {
             found.program.file = file;
-            show(found.program, functions, (question, values, signal) => elsewhere(text, question, values, signal));
+            show(found.program, functions, (question, given, signal) => elsewhere(text, question, given, signal));
+            const place = found.program.questions.findIndex(({ name }) => name === wanted);
+            wanted = null;
+            if (place >= 0) {
+                choose(place);
+            }
         }
     } finally {
         URL.revokeObjectURL(address);
@@ -133,14 +140,41 @@ async function compile() {
 }
 
 /** The answers of a question that the server computes. */
-async function elsewhere(text, question, values, signal) {
+async function elsewhere(text, question, given, signal) {
     try {
-        return await post("ask", { text, question, values }, signal);
+        return await post("ask", { text, question, ...given }, signal);
     } catch (error) {
         return [{ text: "", error: error.message }];
     }
 }
 
+/** Writes a question at the end of the program, and asks it. */
+function ask(question) {
+    const text = source.value;
+    const end = text.lastIndexOf("}");
+    if (end < 0) {
+        return;
+    }
+    let number = 1;
+    while (text.includes(`question asked_${number} `)) {
+        number++;
+    }
+    wanted = `asked_${number}`;
+    const before = text.slice(0, end).trimEnd();
+    source.value = `${before}\n    question ${wanted} { ${question} }\n${text.slice(end)}`;
+    source.scrollTop = source.scrollHeight;
+    clearTimeout(timer);
+    compile();
+}
+
+byId("asking").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const question = byId("asked").value.trim();
+    if (question !== "") {
+        byId("asked").value = "";
+        ask(question);
+    }
+});
 source.addEventListener("input", () => {
     mark([]);
     byId("link").textContent = "";

@@ -16,13 +16,20 @@ function element(name, attributes = {}, ...children) {
 }
 
 /** The program that is shown, the functions of its questions, and where other questions are asked. */
-const shownPage = { program: null, functions: {}, elsewhere: null, values: {}, question: 0, pending: 0, asked: null };
+const shownPage = { program: null, functions: {}, elsewhere: null, values: {}, instants: [], question: 0, pending: 0, asked: null };
 
-/** Shows a program. `elsewhere(question, values, signal)` answers a question that has no function; it may be null. */
+/** The most values of an observation that are listed in a menu. */
+const MOST_LISTED = 60;
+
+/**
+ * Shows a program. `elsewhere(question, given, signal)` answers a question that has no function, given the values of its
+ * controls and its observations over time; it may be null.
+ */
 function show(program, functions, elsewhere) {
     const before = shownPage.program?.questions[shownPage.question];
     const moved = before === undefined ? [] : before.controls.filter((one) => shownPage.values[one.name] !== one.value);
     const set = moved.map((one) => [one, shownPage.values[one.name]]);
+    const observed = { columns: before?.instants?.columns, rows: shownPage.instants };
     forget();
     Object.assign(shownPage, { program, functions, elsewhere });
     document.title = program.name;
@@ -38,7 +45,7 @@ function show(program, functions, elsewhere) {
     byId("question").replaceChildren(...names.map((name, at) => element("option", { value: String(at) }, name)));
     byId("questions").hidden = names.length === 0;
     const kept = program.questions.findIndex((question) => question.name === before?.name);
-    choose(Math.max(kept, 0), kept < 0 ? [] : set);
+    choose(Math.max(kept, 0), kept < 0 ? [] : set, kept < 0 ? null : observed);
 }
 
 /** Gives up the answer that is awaited; if it still comes, it is not shown. */
@@ -63,8 +70,16 @@ function keptValue(one, set) {
     return place < 0 ? null : one.numbers[place];
 }
 
-/** Shows a question with its controls at their first values, or at those that a reader has `set` before. */
-function choose(at, set = []) {
+/** The observations over time that a reader has made of these columns before, or the first ones. */
+function firstInstants({ columns, count }, observed) {
+    if (observed !== null && JSON.stringify(observed.columns) === JSON.stringify(columns)) {
+        return observed.rows;
+    }
+    return Array.from({ length: count }, () => Object.fromEntries(columns.map((one) => [one.name, one.value])));
+}
+
+/** Shows a question with its controls at their first values, or at those that a reader has `set` or `observed` before. */
+function choose(at, set = [], observed = null) {
     forget();
     shownPage.question = at;
     const question = shownPage.program.questions[at];
@@ -80,16 +95,81 @@ function choose(at, set = []) {
     shownPage.values = Object.fromEntries(question.controls.map((one) => [one.name, keptValue(one, set) ?? one.value]));
     const isFixed = question.refused !== null && shownPage.elsewhere === null;
     byId("fixed").hidden = !isFixed;
-    byId("fixed").textContent = isFixed ? `There are no controls: ${question.refused}.` : "";
+    byId("fixed").textContent = isFixed ? `There are no controls: ${question.refused}.${fixedInstants(question)}` : "";
     const groups = [["Evidence", false], ["Parameters", true]].map(([legend, isParameter]) => {
         const own = question.controls.filter((control) => control.is_parameter === isParameter);
         return own.length === 0 || isFixed ? null : element("fieldset", {}, element("legend", {}, legend), ...own.map(control));
     });
     byId("controls").replaceChildren(...groups.filter((group) => group !== null));
-    byId("reset").hidden = question.controls.length === 0 || isFixed;
+    shownPage.instants = question.instants === null ? [] : firstInstants(question.instants, observed);
+    if (question.instants !== null && !isFixed) {
+        byId("controls").append(observations(question.instants.columns));
+    }
+    byId("reset").hidden = (question.controls.length === 0 && question.instants === null) || isFixed;
     byId("answers").replaceChildren();
     byId("answers").shown = [];
     refresh();
+}
+
+/** The observations to which the answer of a page without a server belongs. */
+function fixedInstants({ instants }) {
+    if (instants === null) {
+        return "";
+    }
+    const values = instants.columns.map((one) => `${one.label} = ${one.names ? one.names[one.numbers.indexOf(one.value)] : one.value}`);
+    return ` The answer is that to ${instants.count} instants, each with ${values.join(", ")}.`;
+}
+
+/** The table of observations over time, a row for each instant. */
+function observations(columns) {
+    const rows = shownPage.instants;
+    const head = element("tr", {}, element("th", { scope: "col" }, "t"), ...columns.map((one) => element("th", { scope: "col" }, one.label)));
+    const body = element("tbody");
+    const grow = element("button", { type: "button", id: "grow" }, "Add an instant");
+    const shrink = element("button", { type: "button", id: "shrink" }, "Remove the last");
+    const line = (row, at) =>
+        element("tr", {}, element("th", { scope: "row" }, String(at + 1)), ...columns.map((one) => element("td", {}, observation(one, row, at + 1))));
+    const tell = () => {
+        shrink.disabled = rows.length < 2;
+        refresh();
+    };
+    body.append(...rows.map(line));
+    shrink.disabled = rows.length < 2;
+    grow.addEventListener("click", () => {
+        rows.push({ ...rows[rows.length - 1] });
+        body.append(line(rows[rows.length - 1], rows.length - 1));
+        tell();
+    });
+    shrink.addEventListener("click", () => {
+        rows.pop();
+        body.lastElementChild.remove();
+        tell();
+    });
+    const table = element("table", {}, element("thead", {}, head), body);
+    const place = element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": "Observations" }, table);
+    return element("fieldset", { id: "observations" }, element("legend", {}, "Observations"), place, element("p", {}, grow, " ", shrink));
+}
+
+/** The element of one observation at an instant; empty, it is not observed. */
+function observation(one, row, instant) {
+    const name = `${one.label} at ${instant}`;
+    if (one.kind === "number" || one.numbers.length > MOST_LISTED) {
+        const box = element("input", { type: "number", step: one.whole ? "1" : "any", "aria-label": name, placeholder: "none" });
+        box.value = row[one.name] === null ? "" : String(row[one.name]);
+        box.addEventListener("input", () => {
+            row[one.name] = box.value === "" ? null : Number(box.value);
+            refresh();
+        });
+        return box;
+    }
+    const items = one.names.map((value, place) => element("option", { value: String(place) }, value));
+    const menu = element("select", { "aria-label": name }, element("option", { value: "" }, "none"), ...items);
+    menu.value = row[one.name] === null ? "" : String(one.numbers.indexOf(row[one.name]));
+    menu.addEventListener("input", () => {
+        row[one.name] = menu.value === "" ? null : one.numbers[Number(menu.value)];
+        refresh();
+    });
+    return menu;
 }
 
 /** The element of a control. */
@@ -185,7 +265,7 @@ function answer() {
     forget();
     if (question.refused === null) {
         try {
-            const results = question.functions.map((name) => functions[name](values));
+            const results = resultsOf(question, functions, values, shownPage.instants);
             draw(question.asks.map((ask) => {
                 const whole = picture(ask, results);
                 return { text: ask.text, rows: whole ? [] : rows(ask, results), picture: whole, lnEvidence: lnEvidence(ask, results) };
@@ -203,7 +283,9 @@ function answer() {
     shownPage.asked = asked;
     byId("waiting").textContent = "Computing …";
     byId("answers").setAttribute("aria-busy", "true");
-    elsewhere(at, { ...values }, asked.signal).then((answers) => {
+    // What is not observed at an instant is left out.
+    const seen = (row) => Object.fromEntries(Object.entries(row).filter(([, value]) => value !== null));
+    elsewhere(at, { values: { ...values }, instants: shownPage.instants.map(seen) }, asked.signal).then((answers) => {
         // Another question may have been asked since, also of another program.
         if (shownPage.asked === asked) {
             forget();
@@ -307,6 +389,9 @@ function shade(share) {
     return [0, 1, 2].map((part) => stops[first][part] + (at - first) * (stops[first + 1][part] - stops[first][part]));
 }
 
+/** The colours of 256 shares from 0 to 1, each with its opacity. */
+const SHADES = Array.from({ length: 256 }, (_, at) => [...shade(at / 255), 255]);
+
 /** Draws the distribution of one variable as bars, of two as a map; and names the most probable values. */
 function drawPicture(section, { picture: { left, numbers }, text }) {
     const [across, up] = [left[0].values.length, left[1]?.values.length ?? 60];
@@ -324,7 +409,7 @@ function drawPicture(section, { picture: { left, numbers }, text }) {
             // The first row of an image is the uppermost.
             const row = up - 1 - y;
             const share = left.length === 2 ? numbers[x * up + row] / largest : Number(row < (numbers[x] / largest) * up) * 0.7;
-            image.data.set([...shade(share), 255], 4 * (y * across + x));
+            image.data.set(SHADES[Math.round(255 * share)], 4 * (y * across + x));
         }
     }
     canvas.getContext("2d").putImageData(image, 0, 0);

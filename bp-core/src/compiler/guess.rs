@@ -31,6 +31,13 @@ pub(crate) fn did_you_mean<'n>(wanted: &str, known: impl IntoIterator<Item = &'n
     nearest(wanted, known).map(|name| format!("did you mean `{name}`?"))
 }
 
+/// The help for a word of other languages, with the word of this one: `gaussian` is `normal` here.
+pub(crate) fn otherwise_called(wanted: &str, names: &[(&str, &str)]) -> Option<String> {
+    let lower = wanted.to_lowercase();
+    let found = names.iter().find(|(others, _)| others.split(' ').any(|other| other == lower));
+    found.map(|(_, here)| format!("write {here}"))
+}
+
 /// The edit distance: insertions, deletions, replacements and swaps of neighbours.
 fn distance(left: &str, right: &str) -> usize {
     let (left, right): (Vec<char>, Vec<char>) = (left.chars().collect(), right.chars().collect());

@@ -16,7 +16,7 @@ const PAGES: [(&str, &str); 6] = [
 ];
 
 /// Words of messages that name no entry, and the entry that explains the mistake.
-const SUBJECTS: [(&str, &str); 20] = [
+const SUBJECTS: [(&str, &str); 22] = [
     ("form `", "forms"),
     ("function `", "functions"),
     ("is not a domain", "domains"),
@@ -27,6 +27,8 @@ const SUBJECTS: [(&str, &str); 20] = [
     ("two distributions", "decomposition"),
     ("are distributed one by one", "prod"),
     ("depends on itself", "decomposition"),
+    ("expected a form", "forms"),
+    ("not a form", "forms"),
     ("has no form", "forms"),
     ("has two forms", "forms"),
     ("has a form, but", "forms"),

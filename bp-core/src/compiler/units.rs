@@ -23,7 +23,7 @@ pub(crate) fn help(before: &str, found: &str) -> Option<String> {
     if is_number(found) {
         let digits = found.trim_end_matches(|letter: char| letter.is_alphabetic());
         let unit = &found[digits.len()..];
-        let plain = digits.chars().all(|digit| digit.is_ascii_digit() || digit == '_');
+        let plain = digits.chars().all(|digit| digit.is_ascii_digit() || matches!(digit, '_' | '.'));
         // `1e5` and `0x1f` are other mistakes.
         return (plain && !unit.is_empty() && !unit.starts_with(['e', 'E'])).then(|| plainly(digits, unit));
     }

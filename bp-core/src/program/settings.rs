@@ -17,7 +17,7 @@ use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterK
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
-use typed::{displacement, numbers, one_size, size, words};
+use typed::{displacement, listed_parts, numbers, one_size, size, words};
 
 /// The meaning of a settable name.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -151,7 +151,7 @@ impl Settings {
         let mut settings = Settings::new(model);
         let mut parts: Vec<(&str, &str, Meaning)> = Vec::new();
         for text in typed {
-            let (name, value, meaning) = split(text, names)?;
+            let (name, value, meaning) = split(model, text, names)?;
             if parts.iter().any(|(before, ..)| *before == name) {
                 return Err(Error::input(name, "it is set twice"));
             }
@@ -305,7 +305,15 @@ impl Settings {
             Err(message) => Err(Error::input(name, message)),
         };
         match value {
-            Value::Label(text) => text.split(',').map(|part| one(&Value::from(part.trim()))).collect(),
+            Value::Label(text) => {
+                // A label may contain brackets and commas, as `[0,5)` does.
+                let whole = one(&Value::from(text.as_str()));
+                match (listed_parts(text), whole) {
+                    (Some(parts), Err(_)) => parts.map(|part| one(&Value::from(part.trim()))).collect(),
+                    (None, Err(_)) => text.split(',').map(|part| one(&Value::from(part.trim()))).collect(),
+                    (_, Ok(number)) => Ok(vec![number]),
+                }
+            }
             value => value.flat().into_iter().map(one).collect(),
         }
     }
@@ -340,12 +348,22 @@ impl Settings {
 }
 
 /// Name and value: the longest known name before an `=`, since names such as `map.P(O = true | C)` contain some.
-fn split<'t>(text: &'t str, names: &BTreeMap<String, Meaning>) -> Result<(&'t str, &'t str, Meaning), Error> {
+fn split<'t>(
+    model: &Model,
+    text: &'t str,
+    names: &BTreeMap<String, Meaning>,
+) -> Result<(&'t str, &'t str, Meaning), Error> {
     let places = text.match_indices('=').rev();
     let known = places.map(|(at, _)| (text[..at].trim(), text[at + 1..].trim()));
     let found = known.into_iter().find_map(|(name, value)| Some((name, value, *names.get(name)?)));
     found.ok_or_else(|| {
         let name = text.split('=').next().unwrap_or(text).trim();
+        if let Some((whole, _)) = name.split_once('[').filter(|(whole, _)| model.variable(whole).is_some()) {
+            let message = format!(
+                "elements are set together: `{whole}=[…, …]`; or the question names those that are known: `P(… | {name} = …)`"
+            );
+            return Error::input(name, message);
+        }
         meaning(name, names).err().unwrap_or_else(|| Error::input(name, "it has no value"))
     })
 }

@@ -1,146 +1,28 @@
-//! Pages that compute their answers: node shows the rows of `bp ask`.
+//! The functions of pages: node computes special functions with the stated accuracy.
 //!
-//! In: the programs of `examples/`, with values of their controls. Out: pass or fail. Invariant: the numbers of a page are those of
-//! the library within 1e-12. Without node the tests say that they were skipped.
+//! In: arguments of functions of `web/functions.js`. Out: pass or fail. Invariant: expected values are from mpmath. Without node
+//! the test says that it was skipped.
 
 use crate::node;
-use bp_core::compiler::answer::{Row, compile_sized, link};
-use bp_core::compiler::interactive::{Control, Kind, given, interactive, opened};
-use bp_core::compiler::plan::Options;
-use bp_core::compiler::source::Source;
-use bp_core::compiler::syntax::compile;
-use bp_core::program::settings::Settings;
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
 use std::path::Path;
 
-fn number(value: &Value) -> f64 {
+pub(crate) fn number(value: &Value) -> f64 {
     match value {
         Value::String(word) => word.replace("Infinity", "inf").parse().unwrap(),
         value => value.as_f64().unwrap_or(f64::NEG_INFINITY),
     }
 }
 
-fn is_near(found: f64, expected: f64) -> bool {
+pub(crate) fn is_near(found: f64, expected: f64) -> bool {
     found == expected
         || found.is_nan() && expected.is_nan()
         || (found - expected).abs() <= 1e-12 * expected.abs().max(1e-3)
 }
 
-/// A question as a page asks it: how it is read, the values of its controls, and the rows and ln P(evidence) of `ask`.
-struct Reading {
-    moving: Value,
-    values: BTreeMap<String, f64>,
-    rows: Vec<Vec<Value>>,
-    ln_evidence: Vec<Option<f64>>,
-}
-
-/// The readings of a program's questions, at the first values of their controls and at others; and the code.
-fn readings(path: &Path) -> (String, Vec<Reading>) {
-    let source = Source::new(path.display().to_string(), std::fs::read_to_string(path).unwrap());
-    let mut model = link(&compile(&source).unwrap()).unwrap().into_owned();
-    let questions: Vec<_> = model.questions.values().cloned().collect();
-    let questions: Vec<_> = questions.iter().map(|question| model.pose(question)).collect();
-    let made = interactive(&model, &questions);
-    let mut found = Vec::new();
-    for (moving, question) in
-        made.questions.iter().zip(&questions).filter(|(moving, _)| moving.refused.is_none())
-    {
-        let (open, _) = opened(&model, question);
-        for round in 0..2 {
-            let value = |control: &Control| match &control.kind {
-                Kind::Menu { numbers, .. } | Kind::Slider { numbers, .. } if round > 0 => {
-                    let at = numbers.iter().position(|number| *number == control.value).unwrap();
-                    numbers[(at + 1) % numbers.len()]
-                }
-                _ => control.value,
-            };
-            let values: BTreeMap<String, f64> =
-                moving.controls.iter().map(|control| (control.name.clone(), value(control))).collect();
-            let question = given(&model, &open, |name| values.get(name).copied()).unwrap();
-            // Evidence may be impossible at the other values.
-            let Ok(answers) = compile_sized(&model, &question, Options::default())
-                .and_then(|asked| asked.ask(&Settings::new(&model).inputs()))
-            else {
-                assert!(round > 0, "{}: {}", path.display(), moving.text);
-                continue;
-            };
-            let row = |row: &Row| json!({ "values": row.values, "figure": row.figure });
-            let rows = answers.iter().map(|answer| answer.answer.iter().map(row).collect()).collect();
-            let ln_evidence = answers.iter().map(|answer| answer.ln_evidence).collect();
-            found.push(Reading { moving: serde_json::to_value(moving).unwrap(), values, rows, ln_evidence });
-        }
-    }
-    (made.code.module(), found)
-}
-
-/// Reads rows as a page does.
-const READER: &str = r#"
-Promise.all([module(text), module(`${answer}; export { rows, lnEvidence };`)]).then(([functions, { rows, lnEvidence }]) => {
-    const found = cases.map(({ moving, values }) => {
-        const results = moving.functions.map((name) => functions[name](values));
-        return moving.asks.map((ask) => ({ rows: rows(ask, results), ln: lnEvidence(ask, results) }));
-    });
-    console.log(JSON.stringify(found));
-});
-"#;
-
 /// The text of a file of the page.
 pub(crate) fn web(name: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("web").join(name)).unwrap()
-}
-
-/// The first place where two values differ by more than 1e-12.
-fn difference(found: &Value, expected: &Value) -> Option<String> {
-    match (found, expected) {
-        (Value::Number(_), Value::Number(_)) if is_near(number(found), number(expected)) => None,
-        (Value::Array(one), Value::Array(other)) if one.len() == other.len() => {
-            one.iter().zip(other).find_map(|(one, other)| difference(one, other))
-        }
-        (Value::Object(one), Value::Object(other)) if one.keys().eq(other.keys()) => {
-            one.iter().find_map(|(key, one)| difference(one, &other[key]))
-        }
-        _ if found == expected => None,
-        _ => Some(format!("{found}, not {expected}")),
-    }
-}
-
-#[test]
-fn pages_show_the_rows_of_ask() {
-    if !node::is_there() {
-        return println!("skipped: there is no program `node`");
-    }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "bp"));
-    paths.sort();
-    let answer = web("functions.js") + &web("answer.js");
-    let (mut count, mut evidence) = (0, 0);
-    for path in paths {
-        let (text, readings) = readings(&path);
-        let cases: Vec<Value> = (readings.iter())
-            .map(|reading| json!({ "moving": reading.moving, "values": reading.values }))
-            .collect();
-        let found = node::run(READER, &json!({ "text": text, "answer": answer, "cases": cases }));
-        for (reading, found) in readings.iter().zip(&found) {
-            let place = format!("{}: {} {:?}", path.display(), reading.moving["text"], reading.values);
-            let found = found.as_array().unwrap();
-            let rows: Value = found.iter().map(|one| one["rows"].clone()).collect();
-            if let Some(difference) = difference(&rows, &json!(reading.rows)) {
-                panic!("{place}: {difference}");
-            }
-            for (found, expected) in found.iter().zip(&reading.ln_evidence) {
-                if let (Some(ln), Some(expected)) = (found["ln"].as_f64(), expected) {
-                    assert!((ln - expected).abs() <= 1e-9, "{place}: ln P(evidence) is {ln}, not {expected}");
-                    evidence += 1;
-                }
-            }
-            count += 1;
-        }
-    }
-    println!("{count} readings");
-    assert!(count >= 80, "only {count} readings");
-    assert!(evidence >= 40, "only {evidence} probabilities of evidence");
 }
 
 #[test]

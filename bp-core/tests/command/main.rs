@@ -10,6 +10,8 @@ mod data;
 mod elements;
 mod emit;
 mod general;
+#[cfg(feature = "serve")]
+mod instants;
 mod javascript;
 mod learn;
 mod lsp;
@@ -17,6 +19,7 @@ mod mistakes;
 mod networks;
 #[path = "../support/node.rs"]
 mod node;
+mod page_answers;
 mod plots;
 mod rows;
 #[cfg(feature = "serve")]

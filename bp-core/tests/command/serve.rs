@@ -168,7 +168,7 @@ fn used(address: &str, texts: &[&str]) -> Option<Value> {
 }
 
 /// What a script finds on a page; `None` where a program of the test is missing.
-fn browsed(script: &str, address: &str, texts: &[&str]) -> Option<Value> {
+pub(crate) fn browsed(script: &str, address: &str, texts: &[&str]) -> Option<Value> {
     let chromium = Path::new("/usr/bin/chromium");
     if !chromium.is_file() {
         println!("skipped: there is no {}", chromium.display());
@@ -274,10 +274,12 @@ fn the_served_page_shows_mistakes_and_answers_in_a_browser() {
     are_near(&numbers(&found["first"]), &asked(&file, "P(Rain | Depth = 3, Wet = true)"));
     assert_eq!(found["told"], "4", "a step of the slider");
     are_near(&numbers(&found["moved"]), &asked(&file, "P(Rain | Depth = 4, Wet = true)"));
+    // 0.3 · 0.9 + 0.7 · 0.2.
+    are_near(&numbers(&found["asked"]), &[0.59, 0.41]);
 }
 
 /// The page of a file, in the folder.
-fn exported(file: &Path, question: &[&str], folder: &Path) -> PathBuf {
+pub(crate) fn exported(file: &Path, question: &[&str], folder: &Path) -> PathBuf {
     let page = folder.join("page.html");
     let output = Command::new(env!("CARGO_BIN_EXE_bp"))
         .arg("print")

@@ -20,6 +20,7 @@ mod help;
 #[path = "../support/kinds.rs"]
 mod kinds;
 mod lists;
+mod matches;
 mod messages;
 mod options;
 mod overflow;

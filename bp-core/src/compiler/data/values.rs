@@ -147,6 +147,7 @@ impl<'m> Values<'m> {
     fn refusal(&self, text: &str) -> String {
         let help = match self.domain {
             Domain::Boolean => ": write `true` or `false`, `1` or `0`".to_owned(),
+            Domain::Bins(_) => self.domain.help().map_or_else(String::new, |help| format!(": {help}")),
             Domain::Real | Domain::Vector(_) if text.parse::<f64>().is_ok() => {
                 ": write a finite number".to_owned()
             }

@@ -66,7 +66,9 @@ pub(super) struct Layout {
 
 /// Half the width of a node.
 fn half_width(node: &Node) -> f64 {
-    let letters = node.name.chars().count() as f64;
+    // A word in capitals is wider; one or two of them are within the padding.
+    let capitals = node.name.chars().filter(|letter| letter.is_uppercase()).count().saturating_sub(2);
+    let letters = node.name.chars().count() as f64 + 0.35 * capitals as f64;
     let small = node.index.as_ref().map_or(0.0, |index| index.chars().count() as f64 * 0.75)
         + if node.previous { 1.5 } else { 0.0 };
     let text = (letters + small) * LETTER / 2.0;

@@ -311,7 +311,9 @@ impl Notation {
                 format!("{} / {}", group(above), group(below))
             }
             Notation::Latex => format!("\\frac{{{above}}}{{{below}}}"),
-            Notation::MathMl => format!("<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"),
+            Notation::MathMl => {
+                format!("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", unbroken(above), unbroken(below))
+            }
         }
     }
 
@@ -339,9 +341,16 @@ impl Notation {
                 format!("1 / {below} \\cdot {body}")
             }
             Notation::Latex => format!("\\frac{{1}}{{{below}}} {body}"),
-            Notation::MathMl => format!("<mfrac><mn>1</mn><mrow>{below}</mrow></mfrac> {body}"),
+            Notation::MathMl => format!("<mfrac><mn>1</mn><mrow>{}</mrow></mfrac> {body}", unbroken(below)),
         }
     }
+}
+
+/// What stands in a fraction of MathML is on one line, and its blanks, at which lines break elsewhere, are spaces.
+fn unbroken(text: &str) -> String {
+    const SPACE: &str = "<mspace width=\"0.25em\"/>";
+    // Behind another space there is one already.
+    text.replace("> <", &format!(">{SPACE}<")).replace(&format!("/>{SPACE}<"), "/> <")
 }
 
 /// Whether a fraction is wider than a line.

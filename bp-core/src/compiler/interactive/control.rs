@@ -26,9 +26,21 @@ pub struct Control {
     pub is_parameter: bool,
     /// Its number at first.
     pub value: f64,
+    /// Of an element of a family: the list that it belongs to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub element: Option<Element>,
     /// Its values.
     #[serde(flatten)]
     pub kind: Kind,
+}
+
+/// The place of a number in a list that is one input.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub struct Element {
+    /// The name of the input.
+    pub of: String,
+    /// The place, from 0.
+    pub place: usize,
 }
 
 /// The values of a control.
@@ -97,7 +109,12 @@ impl Control {
             Kind::Number { .. } => value,
         };
         let (name, label) = (name.to_owned(), label.to_owned());
-        Some(Self { name, label, is_parameter: false, value, kind })
+        Some(Self { name, label, is_parameter: false, value, element: None, kind })
+    }
+
+    /// Whether it sets an input of this name, alone or with others.
+    pub fn sets(&self, input: &str) -> bool {
+        self.element.as_ref().map_or(self.name == input, |element| element.of == input)
     }
 
     /// The control of a parameter that is one number.
@@ -113,7 +130,7 @@ impl Control {
         };
         let value = parameter.default_number().unwrap_or(first);
         let (name, label) = (parameter.name.clone(), parameter.name.clone());
-        Self { name, label, is_parameter: true, value, kind: kind(value) }
+        Self { name, label, is_parameter: true, value, element: None, kind: kind(value) }
     }
 }
 

@@ -5,12 +5,16 @@
 //! says why; with the initial values of its controls, a question is answered as it is written.
 
 mod control;
+mod instants;
 mod open;
 mod shown;
+mod steps;
 
-pub use control::{Control, Kind};
+pub use control::{Control, Element, Kind};
+pub use instants::Instants;
 pub use open::{begun, given, opened};
 pub use shown::{Axis, NamedStatistic, Shown, Source};
+pub use steps::Steps;
 
 use crate::emit::javascript::{Javascript, emit_javascript};
 use crate::error::Error;
@@ -49,6 +53,8 @@ pub struct Moving {
     pub text: String,
     /// What a reader can set.
     pub controls: Vec<Control>,
+    /// What a reader can set at each instant, of a question over time.
+    pub instants: Option<Instants>,
     /// The functions of the code that it calls.
     pub functions: Vec<String>,
     /// Its answers.
@@ -67,10 +73,18 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
         let text: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
         let (name, text) = (question.name.clone(), text.join("; "));
         let (open, controls) = opened(model, question);
-        let (moving, own) = match compiled(model, &open, controls.clone()) {
-            Ok((kernels, controls, asks)) => {
+        let mut instants = Instants::of(model, question);
+        let compiled = match &instants {
+            Some(instants) => over_time(model, question, instants, controls.clone()),
+            None => compiled(model, &open, controls.clone()).map(|compiled| (compiled, None)),
+        };
+        let (moving, own) = match compiled {
+            Ok(((kernels, controls, asks), steps)) => {
+                if let Some(instants) = &mut instants {
+                    instants.steps = steps;
+                }
                 let functions = Vec::new();
-                (Moving { name, text, controls, functions, asks, refused: None }, kernels)
+                (Moving { name, text, controls, instants, functions, asks, refused: None }, kernels)
             }
             Err(Refused(reason)) => {
                 let refused = Some(reason);
@@ -79,7 +93,7 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
                 });
                 let controls = controls.into_iter().chain(scalars.map(Control::of_parameter)).collect();
                 let (functions, asks) = (Vec::new(), Vec::new());
-                (Moving { name, text, controls, functions, asks, refused }, Vec::new())
+                (Moving { name, text, controls, instants, functions, asks, refused }, Vec::new())
             }
         };
         made.questions.push(moving);
@@ -145,6 +159,28 @@ fn compiled(model: &Model, question: &Question, mut controls: Vec<Control>) -> R
     Ok((parts.into_iter().map(|(lowered, _)| lowered.kernel).collect(), controls, asks))
 }
 
+/// Compiles a question over time.
+fn over_time(
+    model: &Model,
+    question: &Question,
+    instants: &Instants,
+    controls: Vec<Control>,
+) -> Result<(Compiled, Option<Steps>), Refused> {
+    let plan = plan_for_answer(model, question, Options::default())?;
+    match (plan.routes.as_slice(), plan.question.asks.as_slice()) {
+        ([Route::OverTime(route)], [ask]) => {
+            let (compiled, steps) = steps::followed(model, ask, instants, route, controls)?;
+            Ok((compiled, Some(steps)))
+        }
+        _ => compiled(model, question, controls).map(|compiled| (compiled, None)),
+    }
+}
+
+/// Whether an input need not be given.
+fn has_default(role: &Role) -> bool {
+    matches!(role, Role::Input { default: Some(_), .. } | Role::Table { .. })
+}
+
 /// Whether a page can hold and run a kernel whose sizes are known.
 fn fits(kernel: &Kernel) -> Result<(), Error> {
     let constants = |role: &Role| if let Role::Table { numbers, .. } = role { numbers.len() } else { 0 };
@@ -180,15 +216,14 @@ fn by_sums(model: &Model, question: &Question) -> Result<Plan, Error> {
 fn add_parameters(model: &Model, kernel: &Kernel, controls: &mut Vec<Control>) -> Result<(), Error> {
     for buffer in kernel.buffers.values() {
         let Some(key) = buffer.role.input() else { continue };
-        let has_default = matches!(buffer.role, Role::Input { default: Some(_), .. } | Role::Table { .. });
         match key {
             InputKey::Parameter(parameter) if buffer.axes.is_empty() => {
                 if controls.iter().all(|control| control.name != buffer.name) {
                     controls.push(Control::of_parameter(&model.parameters[*parameter]));
                 }
             }
-            InputKey::Value(_, name) if controls.iter().any(|control| control.name == *name) => {}
-            _ if has_default => {}
+            InputKey::Value(_, name) if controls.iter().any(|control| control.sets(name)) => {}
+            _ if has_default(&buffer.role) => {}
             _ => return Err(Error::input(&buffer.name, "it is given when the question is asked")),
         }
     }

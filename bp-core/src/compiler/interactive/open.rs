@@ -3,24 +3,33 @@
 //! In: a question. Out: the same question with a name in place of each value, and a control for each name. Invariant: with
 //! the initial values of the controls it is the question as it is written; of a table, the row of the first values.
 
-use super::control::Control;
+use super::control::{Control, Element};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Domain, Finding, Known, Model, Question, Statistic, Value};
+use crate::model::{Domain, Finding, IndexSpace, Known, Model, Question, Statistic, Value};
+
+/// The most elements of a family that have controls.
+const MOST_ELEMENTS: usize = 64;
 
 /// The question with its evidence open, and the controls that give it.
 pub fn opened(model: &Model, question: &Question) -> (Question, Vec<Control>) {
     let mut question = question.clone();
     let mut controls: Vec<Control> = Vec::new();
     let mut open = |known: &mut Known| {
-        if let Some((name, control)) = control(model, known, &controls) {
-            if controls.iter().all(|known| known.name != name) {
+        let one = |known: &Known| {
+            let (name, control) = control(model, known, &controls)?;
+            Some((name, vec![control]))
+        };
+        let Some((name, own)) = elements(model, known).or_else(|| one(known)) else { return };
+        for control in own {
+            if controls.iter().all(|known| known.name != control.name) {
                 controls.push(control);
             }
-            known.evidence = Finding::Hard(Value::Given(name));
         }
+        known.evidence = Finding::Hard(Value::Given(name));
     };
-    for ask in &mut question.asks {
+    // Over time each instant has values of its own.
+    for ask in question.asks.iter_mut().filter(|ask| !ask.when.is_over_time()) {
         ask.known.iter_mut().for_each(&mut open);
         if let Statistic::Divergence { from, .. } = &mut ask.statistic {
             from.iter_mut().for_each(&mut open);
@@ -36,7 +45,7 @@ pub fn opened(model: &Model, question: &Question) -> (Question, Vec<Control>) {
     (question, controls)
 }
 
-/// An opened question with these values in place of its names.
+/// An opened question with these values in place of its names; the values of families are lists, which stay inputs.
 ///
 /// # Errors
 /// A value that is missing, or is not in the domain of its variable.
@@ -48,6 +57,9 @@ pub fn given(
     let mut question = question.clone();
     let give = |known: &mut Known| {
         let Finding::Hard(Value::Given(name)) = &known.evidence else { return Ok(()) };
+        if model.variables[known.variable].family.is_some() {
+            return Ok(());
+        }
         let number = value(name).ok_or_else(|| Error::input(name, "it was not given"))?;
         let domain = &model.variables[known.variable].domain;
         let value = match (domain.is_finite(), domain.ordinal_at(number)) {
@@ -81,7 +93,8 @@ pub fn begun(model: &Model, question: &Question, real: f64) -> Question {
             Finding::Each => *domain == Domain::Real && !model.is_equation(known.variable),
             _ => false,
         };
-        if open && (domain.is_finite() || *domain == Domain::Real) {
+        let alone = model.variables[known.variable].family.is_none();
+        if open && alone && (domain.is_finite() || *domain == Domain::Real) {
             let value = if domain.is_finite() { Value::Ordinal(0) } else { Value::Real(real) };
             known.evidence = Finding::Hard(value);
         }
@@ -123,8 +136,39 @@ fn control(model: &Model, known: &Known, others: &[Control]) -> Option<(String, 
     Some((name.clone(), made(&name)?))
 }
 
+/// The name and the controls of a family, one for each element; `None` where it stays as it is written.
+fn elements(model: &Model, known: &Known) -> Option<(String, Vec<Control>)> {
+    let variable = &model.variables[known.variable];
+    let family = variable.family.filter(|family| family.except.is_none() && variable.derived.is_none())?;
+    let own = model.variable_name(known.variable);
+    let name = match &known.evidence {
+        Finding::Hard(Value::Given(name)) => name.clone(),
+        Finding::Each => own.clone(),
+        _ => return None,
+    };
+    let count =
+        count(model, &family.over).filter(|count| *count <= MOST_ELEMENTS && model.plate.is_none())?;
+    let default = model.parameters.values().find(|parameter| parameter.name == name);
+    let controls = (0..count).map(|place| {
+        let index = family.over.first() + place as i64;
+        let value = default.and_then(|parameter| parameter.default.get(place).copied());
+        let value = value.unwrap_or_else(|| first(model, known.variable, &name));
+        let (one, label) = (format!("{name}[{index}]"), format!("{own}[{index}]"));
+        let control = Control::of_evidence(&one, &label, &variable.domain, value)?;
+        Some(Control { element: Some(Element { of: name.clone(), place }), ..control })
+    });
+    Some((name.clone(), controls.collect::<Option<_>>()?))
+}
+
+/// The number of elements of a family, with the default of its size.
+pub(super) fn count(model: &Model, over: &IndexSpace) -> Option<usize> {
+    let IndexSpace::Range(range) = over else { return None };
+    let size = range.high.size.map_or(Some(0.0), |size| model.parameters[size].default_number())?;
+    usize::try_from(size as i64 + range.high.offset - range.low + 1).ok()
+}
+
 /// The value of an open variable at first: the default of the parameter of that name, else the first value.
-fn first(model: &Model, variable: VariableId, name: &str) -> f64 {
+pub(super) fn first(model: &Model, variable: VariableId, name: &str) -> f64 {
     let parameter = model.parameters.values().find(|parameter| parameter.name == name);
     let domain = &model.variables[variable].domain;
     let first = if domain.is_finite() { domain.number(0) } else { 0.0 };

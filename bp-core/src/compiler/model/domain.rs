@@ -135,6 +135,18 @@ impl Domain {
         !matches!(self, Domain::Real | Domain::Vector(_))
     }
 
+    /// How a value is written, where the domain's own notation does not say it.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Domain::Boolean => Some("write `true` or `false`".to_owned()),
+            Domain::Bins(bins) if !bins.is_circle() && bins.points().is_none() => {
+                let (low, high) = bins.ends();
+                Some(format!("a value is a number from {low} to {high}, which means its bin"))
+            }
+            _ => None,
+        }
+    }
+
     /// The name of the value with this ordinal.
     pub fn value_name(&self, ordinal: usize) -> String {
         match self {

@@ -122,9 +122,10 @@ fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f6
         };
         if !inside {
             let (variable, text) = (model.variable_name(variable), model.domain_text(domain));
+            let help = domain.help().map_or_else(String::new, |help| format!(": {help}"));
             return Err(Error::input(
                 name,
-                format!("{} is not a value of `{variable}`, which is `{text}`", exact(*value)),
+                format!("{} is not a value of `{variable}`, which is `{text}`{help}", exact(*value)),
             ));
         }
     }

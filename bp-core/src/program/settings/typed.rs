@@ -6,10 +6,18 @@ use super::Value;
 use crate::error::Error;
 use crate::units;
 
+/// The parts of a list that is written in brackets: `[4, 4, 4]`; `None` for another text.
+pub(super) fn listed_parts(text: &str) -> Option<std::str::Split<'_, char>> {
+    Some(text.trim().strip_prefix('[')?.strip_suffix(']')?.split(','))
+}
+
 /// The parts of a value as texts; a list in a list has its elements separated by colons.
 pub(super) fn words(value: &Value) -> Vec<String> {
     match value {
-        Value::Label(text) => text.split(',').map(|part| part.trim().to_owned()).collect(),
+        Value::Label(text) => {
+            let parts = listed_parts(text).unwrap_or_else(|| text.split(','));
+            parts.map(|part| part.trim().to_owned()).collect()
+        }
         Value::List(values) => values.iter().map(|value| words(value).join(":")).collect(),
         other => vec![other.to_string()],
     }

@@ -100,6 +100,13 @@ async function main() {
     found.overflow = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
     const [download] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
     found.download = require("fs").readFileSync(await download.path(), "utf8");
+    if (wrong !== undefined) {
+        await page.fill("#asked", "P(Wet)");
+        await page.press("#asked", "Enter");
+        await page.waitForFunction(() => document.querySelector("#question option:checked")?.textContent.startsWith("asked_1: "));
+        await page.waitForFunction(ready);
+        found.asked = await table(page);
+    }
     if (process.env.BP_SCREENSHOTS) {
         await page.screenshot({ path: `${process.env.BP_SCREENSHOTS}/small.png`, fullPage: true });
         await page.setViewportSize({ width: 1200, height: 900 });

@@ -3,14 +3,18 @@
 //! In: a question, and the values of its controls. Out: its answers as the page's `draw` takes them. Invariant: what has no
 //! answer says why.
 
-use bp_core::compiler::answer::{Answer, compile_sized};
+use bp_core::compiler::answer::{Answer, Observed, ask_over_time, compile_sized};
 use bp_core::compiler::error::Error;
-use bp_core::compiler::interactive::{begun, given, opened};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::interactive::{Instants, begun, given, opened};
 use bp_core::compiler::model::{Model, ParameterKind, Question};
 use bp_core::compiler::numbers::{six_digits, two_digits};
 use bp_core::compiler::plan::Options;
+use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
+use serde::Deserialize;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// The most rows of an answer.
@@ -19,15 +23,30 @@ const MOST_ROWS: usize = 2000;
 /// The values of a real that a question leaves open, in the order in which they are tried: some may be impossible.
 const FIRST: [f64; 3] = [0.0, 1.0, 0.5];
 
+/// The most instants of a question over time.
+const MOST_INSTANTS: usize = 1000;
+
 /// The values of controls, by name.
 pub(crate) type Values = BTreeMap<String, f64>;
 
-/// The answers of a question, as it is written, or with these values of its controls.
-pub(crate) fn answers(model: &Model, question: &Question, values: Option<&Values>) -> Value {
+/// What a reader of a page has set.
+#[derive(Default, Deserialize)]
+pub(crate) struct Given {
+    /// The values of controls.
+    #[serde(default)]
+    values: Values,
+    /// The observations of each instant.
+    #[serde(default)]
+    instants: Vec<Values>,
+}
+
+/// The answers of a question, as it is written, or with what a reader has set.
+pub(crate) fn answers(model: &Model, question: &Question, given: Option<&Given>) -> Value {
     let text: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
-    let tried = match values {
-        Some(_) => found(model, question, values),
-        None => {
+    let tried = match (Instants::of(model, question), given) {
+        (Some(instants), _) => over_time(model, question, &instants, given),
+        (None, Some(_)) => found(model, question, given),
+        (None, None) => {
             let first = |real: f64| found(model, &begun(model, question, real), None);
             first(FIRST[0]).or_else(|error| FIRST[1..].iter().find_map(|real| first(*real).ok()).ok_or(error))
         }
@@ -38,19 +57,63 @@ pub(crate) fn answers(model: &Model, question: &Question, values: Option<&Values
     }
 }
 
-fn found(model: &Model, question: &Question, values: Option<&Values>) -> Result<Vec<Answer>, Error> {
-    let settings = Settings::new(model);
-    let mut inputs = settings.inputs();
-    let mut question = question.clone();
-    if let Some(values) = values {
-        question = given(model, &opened(model, &question).0, |name| values.get(name).copied())?;
-        for parameter in model.parameters.values().filter(|parameter| parameter.kind != ParameterKind::Size) {
-            if let Some(number) = values.get(&parameter.name) {
-                inputs = inputs.number(&parameter.name, *number);
-            }
+fn found(model: &Model, question: &Question, set: Option<&Given>) -> Result<Vec<Answer>, Error> {
+    let (open, controls) = opened(model, question);
+    let value = |name: &str| set.and_then(|set| set.values.get(name).copied());
+    let mut lists: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for control in &controls {
+        if let Some(element) = &control.element {
+            lists.entry(&element.of).or_default().push(value(&control.name).unwrap_or(control.value));
         }
     }
+    let settings = Settings::new(model);
+    let mut inputs = parameters(model, settings.inputs(), value);
+    for (name, list) in lists {
+        inputs = inputs.numbers(name, Cow::Owned(list));
+    }
+    let question = match set {
+        Some(_) => given(model, &open, value)?,
+        None => question.clone(),
+    };
     compile_sized(model, &question, Options::default())?.ask(&inputs)
+}
+
+/// The inputs with the parameters that a reader has set.
+fn parameters<'i>(
+    model: &Model,
+    mut inputs: Inputs<'i, f64>,
+    value: impl Fn(&str) -> Option<f64>,
+) -> Inputs<'i, f64> {
+    for parameter in model.parameters.values().filter(|parameter| parameter.kind != ParameterKind::Size) {
+        if let Some(number) = value(&parameter.name) {
+            inputs = inputs.number(&parameter.name, number);
+        }
+    }
+    inputs
+}
+
+/// The answers over time; without observations that a reader has set each column has its first value at each instant.
+fn over_time(
+    model: &Model,
+    question: &Question,
+    instants: &Instants,
+    set: Option<&Given>,
+) -> Result<Vec<Answer>, Error> {
+    let settings = Settings::new(model);
+    let inputs = parameters(model, settings.inputs(), |name| set?.values.get(name).copied());
+    let at_first = || instants.columns.iter().map(|column| (column.name.clone(), column.value)).collect();
+    let observed: Vec<Observed> = match set {
+        None => (0..instants.count).map(|_| at_first()).collect(),
+        Some(set) => (set.instants.iter().take(MOST_INSTANTS))
+            .map(|instant| instant.iter().map(|(name, number)| (name.clone(), *number)).collect())
+            .collect(),
+    };
+    for (name, number) in observed.iter().flatten() {
+        if !instants.admits(model, name, *number) {
+            return Err(Error::input(name, format!("{number} is not a value of it")));
+        }
+    }
+    ask_over_time(model, question, &observed, &inputs, Sampling::default())
 }
 
 fn shown(answer: &Answer) -> Value {

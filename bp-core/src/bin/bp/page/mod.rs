@@ -10,7 +10,7 @@ use crate::html;
 use crate::output::questions_of;
 use crate::program;
 #[cfg(feature = "serve")]
-pub(crate) use answers::Values;
+pub(crate) use answers::Given;
 pub(crate) use answers::answers;
 use bp_core::compiler::answer::link;
 use bp_core::compiler::interactive::{Interactive, interactive};

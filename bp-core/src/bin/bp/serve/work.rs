@@ -4,7 +4,7 @@
 //! ends after [`LIMIT`], whatever the program is.
 
 use crate::failure::Failure;
-use crate::page::{Content, Values, answers, content};
+use crate::page::{Content, Given, answers, content};
 use bp_core::compiler::answer::link;
 use bp_core::compiler::diagnostic::{Diagnostic, Diagnostics};
 use bp_core::compiler::error::Error;
@@ -25,14 +25,14 @@ pub(super) const TOO_LONG: i32 = 3;
 /// The exit status for a request that cannot be read.
 pub(super) const NOT_UNDERSTOOD: i32 = 4;
 
-/// A request: the text of a program, and of a question its place and the values of its controls.
+/// A request: the text of a program, and of a question its place and what the reader has set.
 #[derive(Deserialize)]
 struct Asked {
     text: String,
     #[serde(default)]
     question: usize,
-    #[serde(default)]
-    values: Values,
+    #[serde(flatten)]
+    given: Given,
 }
 
 pub(super) fn run() -> Result<(), Failure> {
@@ -103,7 +103,7 @@ fn answered(asked: &Asked) -> Value {
     let source = Source::new("program.bp", asked.text.as_str());
     match read(&source) {
         Ok((model, questions)) => match questions.get(asked.question) {
-            Some(question) => answers(&model, question, Some(&asked.values)),
+            Some(question) => answers(&model, question, Some(&asked.given)),
             None => json!([{ "text": "", "error": "there is no such question" }]),
         },
         Err(_) => json!([{ "text": "", "error": "the program has mistakes" }]),

@@ -258,7 +258,7 @@ fn row_faults(
             let text = values();
             faults.push(fault(
                 place,
-                format!("`{name}` has {count} values (`{text}`), but this row has {} entries", row.len()),
+                format!("`{name}` has {count} values (`{text}`), but this row has {}", entries(row.len())),
             ));
         }
         None => faults.push(fault(
@@ -361,4 +361,12 @@ fn dirac_fault(
         format!("this `dirac` has no solution: its value is never in `{}`{found}", model.domain_text(domain)),
         format!("`{name}` would have probability zero everywhere"),
     ))
+}
+
+/// A number of entries, in words.
+fn entries(count: usize) -> String {
+    match count {
+        1 => "1 entry: write the probability of each value".to_owned(),
+        count => format!("{count} entries"),
+    }
 }

@@ -4,12 +4,20 @@
 //! names. Invariant: an undeclared capitalised name, used as a set, is a set given at run time; any other undeclared
 //! name is an error.
 
-use super::names::{did_you_mean, listed};
+use super::names::{did_you_mean, listed, otherwise_called};
 use super::{Checker, Meaning, constant, integer};
 use crate::diagnostic::Diagnostic;
 use crate::ids::SetId;
 use crate::model::{Bound, Domain, Family, IndexSpace, ParameterKind, Range, SetKind};
 use crate::syntax::ast::{self, ExprKind, Name};
+
+/// Domains by other names, and how they are written here.
+const ELSEWHERE: [(&str, &str); 4] = [
+    ("boolean logical binary truth", "`bool`"),
+    ("int integer whole natural count", "the range of its values, as `0..=10`"),
+    ("float double number f64 continuous", "`real`, or `bins(low, high, count)`"),
+    ("enum string label categorical", "the values themselves: `{ Red, Green }`"),
+];
 
 const KINDS: [&str; 4] = ["probability", "real", "size", "integer"];
 
@@ -40,7 +48,9 @@ impl Checker<'_> {
             let help = if ["bool", "real"].contains(&lower.as_str()) {
                 format!("did you mean `{lower}`?")
             } else {
-                did_you_mean(&name.text, known).unwrap_or_else(|| {
+                let here =
+                    otherwise_called(&name.text, &ELSEWHERE).or_else(|| did_you_mean(&name.text, known));
+                here.unwrap_or_else(|| {
                     "a domain is `bool`, `real`, `real[3]`, `{ A, B }`, `1..=N`, `bins(low, high, count)`, \
                      `circle(low, high, count)`, or a set with a capital"
                         .to_owned()

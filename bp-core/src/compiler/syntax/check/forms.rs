@@ -163,9 +163,10 @@ impl Checker<'_> {
             FormKind::Ask { path, given } => self.ask_form(path, given.as_deref(), target, scope),
             FormKind::Let { name, value, body } => {
                 if let Some((_, first)) = self.names.get(&name.text) {
-                    let wrong = Diagnostic::new(name.span(), format!("`{name}` already has a meaning"));
+                    let message = format!("`{name}` already has a meaning: `let` gives a new name");
+                    let wrong = Diagnostic::new(name.span(), message).with_label(*first, "declared here");
                     self.wrong
-                        .push(wrong.with_label(*first, "declared here").with_help("give it another name"));
+                        .push(wrong.with_help(format!("write `let {} = … in …`", self.free_name(name))));
                     return None;
                 }
                 let typed = self.expression(value, scope, None)?;
@@ -195,6 +196,15 @@ impl Checker<'_> {
                 let arms = conditions.into_iter().zip(bodies).rev();
                 Some(arms.fold(last, |otherwise, (condition, then)| choose(condition, then, otherwise)))
             }
+        }
+    }
+
+    /// A name like this one that means nothing yet: `x` for `X`.
+    fn free_name(&self, name: &ast::Name) -> String {
+        let lower = name.text.to_lowercase();
+        match self.names.contains_key(&lower) {
+            true => format!("{lower}_here"),
+            false => lower,
         }
     }
 

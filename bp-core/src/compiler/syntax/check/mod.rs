@@ -20,6 +20,7 @@ mod linked_forms;
 mod lists;
 mod named_forms;
 mod operators;
+mod patterns;
 mod pieces;
 mod predicates;
 mod questions;

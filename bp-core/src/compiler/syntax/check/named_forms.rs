@@ -3,11 +3,11 @@
 //! In: a name and its arguments. Out: a [`Form`]. Invariant: arguments that are forms are of the same kinds;
 //! distributions have the names of [`Law`], the others are listed here.
 
-use super::Checker;
 use super::expressions::{Scope, plural};
 use super::forms::Target;
-use super::names::{did_you_mean, listed};
+use super::names::{did_you_mean, listed, otherwise_called};
 use super::types::Type;
+use super::{Checker, Meaning};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law};
@@ -41,6 +41,19 @@ const OTHERS: [&str; 23] = [
     "ordered",
     "linear_regression",
     "unknown",
+];
+
+/// Forms by other names, and how they are written here.
+const ELSEWHERE: [(&str, &str); 6] = [
+    ("gauss gaussian", "`normal(mean, deviation)`"),
+    ("delta constant deterministic point", "`dirac(value)`"),
+    (
+        "discrete multinoulli cpt probabilities",
+        "`categorical(p, q, …)`, or `table { … }` with a row for each case",
+    ),
+    ("flip coin binary", "`bernoulli(p)`"),
+    ("student t studentt", "`student_t(nu, m, s)`"),
+    ("vonmises", "`von_mises(m, k)`"),
 ];
 
 /// The forms that the language knows, under their usual names.
@@ -77,7 +90,18 @@ impl Checker<'_> {
                 let [argument] = self.arguments(span, name, given)?;
                 match self.link(argument, target, scope) {
                     Some(linked) => linked,
-                    None => Some(Form::Bernoulli(self.number_of(argument, scope)?)),
+                    None => match self.expression(argument, scope, None)? {
+                        (_, Type::Boolean) => {
+                            let message = "`bernoulli` takes a probability, found a truth value";
+                            let help =
+                                format!("`dirac({argument})` is the truth value itself, without chance");
+                            self.complain_and_help(argument.span(), message, help);
+                            None
+                        }
+                        (id, found) => {
+                            self.expect(argument.span(), &found, &Type::Number).then_some(Form::Bernoulli(id))
+                        }
+                    },
                 }
             }
             "categorical" => {
@@ -138,18 +162,39 @@ impl Checker<'_> {
             }
             other => match Law::named(other) {
                 Some(law) => self.law(span, law, given, target, scope),
+                None if given.is_empty() && self.is_value(other, target, scope) => {
+                    let message = format!("`{other}` is a value, not a form: a form is a distribution");
+                    let help = match (self.meaning(other), &target.domain) {
+                        (Some(Meaning::Parameter(_)), Domain::Boolean) => {
+                            format!("write `bernoulli({other})`, which gives `true` this probability")
+                        }
+                        _ => format!("write `dirac({other})`, which is this value for certain"),
+                    };
+                    self.complain_and_help(name.span(), message, help);
+                    None
+                }
                 None => {
                     let known: Vec<&str> = known_forms().collect();
                     let message = format!(
                         "form `{other}` is not known; known forms are {}",
                         listed(known.iter().copied(), "and")
                     );
-                    let help = did_you_mean(other, known);
+                    let help = otherwise_called(other, &ELSEWHERE).or_else(|| did_you_mean(other, known));
                     self.wrong.push(Diagnostic { help, ..Diagnostic::new(name.span(), message) });
                     None
                 }
             },
         }
+    }
+
+    /// Whether a name is that of a value: of a variable, a parameter, a label, a `let` or an index.
+    fn is_value(&self, name: &str, target: &Target, scope: &Scope) -> bool {
+        let is_label =
+            matches!(&target.domain, Domain::Finite { labels, .. } if labels.iter().any(|one| one == name));
+        let is_bound = scope.bound.iter().any(|(bound, _)| bound == name)
+            || scope.products.iter().any(|(index, _)| index == name);
+        let is_set = matches!(self.meaning(name), Some(Meaning::Set(_)));
+        is_label || is_bound || self.meaning(name).is_some() && !is_set
     }
 
     fn law(&mut self, span: Span, law: Law, given: &[Expr], target: &Target, scope: &Scope) -> Option<Form> {

@@ -3,9 +3,9 @@
 //! In: an operator and its operands as written. Out: a node of the model and its type. Invariant: a cell can only be
 //! added to a displacement; an addition of two sets determines which is which.
 
-use super::Checker;
 use super::expressions::{Scope, Typed};
 use super::types::Type;
+use super::{Checker, number};
 use crate::diagnostic::Diagnostic;
 use crate::ids::{ExpressionId, SetId};
 use crate::model::{Domain, Expression, SetKind};
@@ -68,6 +68,9 @@ impl Checker<'_> {
             (Equal | Is | Different, one, other) if one == other && !matches!(one, Type::Vector(_)) => {
                 Type::Boolean
             }
+            // A whole number denotes the element with this number.
+            (Equal | Is | Different, Type::Element(_), Type::Number) if is_whole(right) => Type::Boolean,
+            (Equal | Is | Different, Type::Number, Type::Element(_)) if is_whole(left) => Type::Boolean,
             (Less | LessOrEqual | Greater | GreaterOrEqual, Type::Number, Type::Number) => Type::Boolean,
             (Plus | Minus | Times | Over, Type::Number, Type::Number) => Type::Number,
             (Plus | Minus, Type::Vector(one), Type::Vector(other)) if one == other => left_type.clone(),
@@ -122,6 +125,11 @@ impl Checker<'_> {
         self.model.set_kind(moves, SetKind::Displacements(cells));
         Some((self.node(span, Expression::Binary(operator(op), left.0, right.0)), Type::Element(cells)))
     }
+}
+
+/// Whether an expression is a whole number as it is written.
+fn is_whole(expr: &Expr) -> bool {
+    matches!(&expr.kind, ExprKind::Number(text) if number(text).is_some_and(|number| number.fract() == 0.0))
 }
 
 fn operator(op: BinaryOp) -> Binary {

@@ -5,9 +5,9 @@
 //! index is always known.
 
 use super::derived::{Found, derives, nothing};
-use super::functions::ordinal_of;
 use super::lists::spread;
 use super::names::{did_you_mean, listed, near};
+use super::patterns::ordinal_of;
 use super::{Checker, constant, number, words};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::ids::{Id, VariableId};
@@ -99,8 +99,8 @@ impl Reader<'_> {
                 let before = wrong.0.len();
                 known.extend(self.known(item, wrong));
                 // `M = 3 cm`: what follows a number may be meant as its unit.
-                if let (Subject::Variable(occurrence), true, Some(last)) =
-                    (&item.subject, number && wrong.0.len() > before, wrong.0.last_mut())
+                if let (Subject::Variable(occurrence), None, true, Some(last)) =
+                    (&item.subject, &item.evidence, number && wrong.0.len() > before, wrong.0.last_mut())
                 {
                     last.help = units::behind_number(&occurrence.name.text).or(last.help.take());
                 }
@@ -121,8 +121,8 @@ impl Reader<'_> {
             let before = wrong.0.len();
             searched.extend(self.searched(item, whole, wrong));
             // `M > 3 cm`: as above.
-            if let (Subject::Variable(occurrence), true, Some(last)) =
-                (&item.subject, number && wrong.0.len() > before, wrong.0.last_mut())
+            if let (Subject::Variable(occurrence), None, true, Some(last)) =
+                (&item.subject, &item.evidence, number && wrong.0.len() > before, wrong.0.last_mut())
             {
                 last.help = units::behind_number(&occurrence.name.text).or(last.help.take());
             }
@@ -313,6 +313,8 @@ fn value(
     };
     if let Some(meant) = slip {
         diagnostic.help = Some(format!("did you mean `{meant}`?"));
+    } else if diagnostic.help.is_none() {
+        diagnostic.help = domain.help();
     }
     wrong.push(diagnostic);
     None

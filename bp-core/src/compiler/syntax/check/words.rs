@@ -3,7 +3,7 @@
 //! In: an ask as written. Out: its [`Statistic`] and its [`When`]. Invariant: at most one of each, the statistic first;
 //! `sequence` alone is the most likely sequence.
 
-use super::names::{did_you_mean, listed};
+use super::names::{did_you_mean, listed, otherwise_called};
 use super::{integer, number};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::{Statistic, When};
@@ -24,6 +24,16 @@ const STATISTICS: [&str; 11] = [
     "divergence",
 ];
 const WHEN: [&str; 4] = ["filter", "predict", "smooth", "sequence"];
+
+/// Statistics by other names, and how they are written here.
+const ELSEWHERE: [(&str, &str); 6] = [
+    ("mean average e expected expect", "`expectation P(…)`"),
+    ("var std sd deviation", "`variance P(…)`"),
+    ("median percentile", "`quantile(0.5) P(…)`"),
+    ("mode map mpe likeliest", "`argmax P(…)`"),
+    ("sample simulate", "`draw(10) P(…)`"),
+    ("credible hdi ci", "`interval(0.9) P(…)`"),
+];
 
 /// The meaning of one word.
 enum Meaning {
@@ -151,7 +161,8 @@ fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
         listed(STATISTICS, "and"),
         listed(WHEN, "and")
     );
-    let help = did_you_mean(word, STATISTICS.into_iter().chain(WHEN));
+    let help =
+        otherwise_called(word, &ELSEWHERE).or_else(|| did_you_mean(word, STATISTICS.into_iter().chain(WHEN)));
     wrong.push(Diagnostic { help, ..Diagnostic::new(span, message) });
 }
 

@@ -39,6 +39,8 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         diagnostic = diagnostic.with_help(
             "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
         );
+    } else if let Some(help) = elsewhere(found, rules, &expected, &text[before.start..before.end]) {
+        diagnostic = diagnostic.with_help(help);
     } else if found == "∝" {
         diagnostic = diagnostic.with_help("write `=`: what is proportional is normalised");
     } else if found.starts_with('\'') || found == "′" {
@@ -47,6 +49,13 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         diagnostic = diagnostic.with_help(
             "`X^-1` is `X` at the previous instant, and `^` means nothing else; a power is `pow(x, 2)`",
         );
+    } else if expected == "a form" {
+        if let Some(help) = no_form(found) {
+            diagnostic = diagnostic.with_help(help);
+        }
+    } else if found == "let" && rules.contains(&Rule::expression) {
+        diagnostic =
+            diagnostic.with_help("`let` stands before a form: `P(X) = let p = 1 / 3 in bernoulli(p);`");
     } else if found == "=" && rules.contains(&Rule::infix) {
         diagnostic = diagnostic.with_help("write `==` to compare");
     } else if RESERVED.contains(&found) && rules.contains(&Rule::name) {
@@ -54,6 +63,51 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
             diagnostic.with_help(format!("`{found}` is a word of the language; in quotes it can be a name"));
     }
     diagnostic
+}
+
+/// The help for signs of other languages.
+fn elsewhere(found: &str, rules: &[Rule], expected: &str, before: &str) -> Option<String> {
+    let help = match found {
+        ".." if rules.contains(&Rule::dots) => "a range has both of its ends: write `1..=5`",
+        "*" | "·" | "," if rules.contains(&Rule::kw_prod) => "factors stand side by side: `P(A) P(B | A)`",
+        "&" | "&&" => "write `and`",
+        "||" => "write `or`",
+        "!" => "write `not`",
+        "?" => "a choice is `if … { … } else { … }`",
+        "<" | ">" | "==" | "+" | "-" | "*" | "/"
+            if expected == "`;`" && before.starts_with(char::is_alphabetic) =>
+        {
+            return Some(format!(
+                "`{before}` is read as a form; a value is computed inside one, as in `dirac({before} {found} …)`"
+            ));
+        }
+        _ => return None,
+    };
+    Some(help.to_owned())
+}
+
+/// The help for what stands where a form must stand: a number, a truth value or a list is not a distribution.
+fn no_form(found: &str) -> Option<String> {
+    let number = found.starts_with(|first: char| first.is_ascii_digit());
+    match found {
+        _ if number => Some(format!(
+            "a form is a distribution: `bernoulli({found})` gives `true` the probability {found}, and `dirac({found})` is the \
+             value {found} for certain"
+        )),
+        "true" | "false" | "not" => Some(
+            "a form is a distribution: `dirac(…)` is a value for certain, and `bernoulli(p)` gives `true` the probability p"
+                .to_owned(),
+        ),
+        "[" | "{" => Some(
+            "a form is a distribution: `categorical(p, q, …)` gives each value its probability, and `table { … }` has a row of \
+             them for each value of the variables on the right"
+                .to_owned(),
+        ),
+        "(" | "-" => Some(
+            "a form is a distribution, such as `bernoulli(p)`, `normal(mean, deviation)` or `dirac(value)`".to_owned(),
+        ),
+        _ => None,
+    }
 }
 
 /// The parser's position may be before blanks and comments.
@@ -82,7 +136,14 @@ fn token(text: &str, position: usize) -> &str {
     let word = |character: char| character.is_alphanumeric() || character == '_';
     match rest.chars().next() {
         None => "",
-        Some(character) if word(character) => &rest[..rest.find(|c| !word(c)).unwrap_or(rest.len())],
+        Some(character) if word(character) => {
+            let letters = |text: &str| text.find(|c| !word(c)).unwrap_or(text.len());
+            let whole = letters(rest);
+            let decimals = rest[whole..].strip_prefix('.').map_or(0, letters);
+            let is_decimal = character.is_ascii_digit()
+                && rest[whole..].trim_start_matches('.').starts_with(|digit: char| digit.is_ascii_digit());
+            &rest[..if is_decimal && decimals > 0 { whole + 1 + decimals } else { whole }]
+        }
         Some('"') => &rest[..quoted_length(rest).unwrap_or(1)],
         Some(character) => {
             let pairs = ["..=", "..", "=>", "==", "!=", "<=", ">=", "->", "&&", "||", "/*"];
