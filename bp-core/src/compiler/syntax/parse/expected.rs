@@ -69,12 +69,12 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
 fn elsewhere(found: &str, rules: &[Rule], expected: &str, before: &str) -> Option<String> {
     let help = match found {
         ".." if rules.contains(&Rule::dots) => "a range has both of its ends: write `1..=5`",
-        "*" | "·" | "," if rules.contains(&Rule::kw_prod) => "factors stand side by side: `P(A) P(B | A)`",
+        "*" | "·" | "," if expected.contains("`prod`") => "factors stand side by side: `P(A) P(B | A)`",
         "&" | "&&" => "write `and`",
         "||" => "write `or`",
         "!" => "write `not`",
         "?" => "a choice is `if … { … } else { … }`",
-        "<" | ">" | "==" | "+" | "-" | "*" | "/"
+        "<" | ">" | "<=" | ">=" | "==" | "!=" | "+" | "-" | "*" | "/"
             if expected == "`;`" && before.starts_with(char::is_alphabetic) =>
         {
             return Some(format!(
