@@ -17,6 +17,7 @@ import importlib.metadata
 import inspect
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -222,9 +223,10 @@ def timed(work, seconds):
     return found, times[0], min(times)
 
 
-def one(path, tool, task, rows, seconds):
-    """One task with one tool, in this process."""
+def one(path, tool, task, rows, seconds, memory):
+    """One task with one tool, in this process, whose memory is limited."""
     warnings.simplefilter("ignore")
+    resource.setrlimit(resource.RLIMIT_AS, (int(memory * 2**30), int(memory * 2**30)))
     network, engine = Network(path), TOOLS[tool]()
     engine.load(path, network)
     with tempfile.TemporaryDirectory() as folder:
@@ -271,6 +273,7 @@ def table(arguments):
                     continue
             lines = len(inspect.getsource(getattr(engine, task)).split("\n\n    def")[0].strip().splitlines()) - 1
             options = ["--tool", tool, "--task", task, "--rows", str(arguments.rows), "--seconds", str(arguments.seconds)]
+            options += ["--memory", str(arguments.memory)]
             command = [sys.executable, __file__, arguments.network, *options]
             begin = f"{task.replace('_', ' '):<14} {tool:<8}"
             try:
@@ -321,6 +324,7 @@ def main():
     parser.add_argument("--rows", type=int, default=1_000_000, help="cases of the batch (default: 1 000 000)")
     parser.add_argument("--seconds", type=float, default=1.0, help="time to repeat a task (default: 1)")
     parser.add_argument("--limit", type=float, default=60.0, help="seconds after which a task is stopped (default: 60)")
+    parser.add_argument("--memory", type=float, default=8.0, help="GiB that a task may take (default: 8)")
     parser.add_argument("--ask", action="store_true", help="measure single calls instead")
     parser.add_argument("--tool", choices=TOOLS, help="with --task: one task in this process, as JSON")
     parser.add_argument("--task", choices=TASKS, help="see --tool")
@@ -328,7 +332,7 @@ def main():
     if arguments.ask:
         ask()
     elif arguments.tool and arguments.task:
-        one(arguments.network, arguments.tool, arguments.task, arguments.rows, arguments.seconds)
+        one(arguments.network, arguments.tool, arguments.task, arguments.rows, arguments.seconds, arguments.memory)
     else:
         table(arguments)
 
