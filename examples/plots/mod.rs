@@ -5,9 +5,11 @@
 //! largest.
 #![allow(dead_code)] // each example draws one kind
 
+use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 use std::error::Error;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 const INK: RGBColor = RGBColor(34, 40, 49);
@@ -25,12 +27,29 @@ fn colour(share: f64) -> RGBColor {
     RGBColor(red, green, blue)
 }
 
-fn file(name: &str) -> Result<PathBuf, Box<dyn Error>> {
+type Canvas<'c> = DrawingArea<BitMapBackend<'c>, Shift>;
+
+/// Draws a picture of so many pixels, and writes it.
+fn picture(
+    name: &str,
+    (width, height): (u32, u32),
+    draw: impl FnOnce(&Canvas<'_>) -> Result<(), Box<dyn Error>>,
+) -> Result<PathBuf, Box<dyn Error>> {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
     let folder = Path::new(&target).join("gallery");
     std::fs::create_dir_all(&folder)?;
     register_font("sans-serif", FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "no font")?;
-    Ok(folder.join(format!("{name}.png")))
+    let mut pixels = vec![255; 3 * width as usize * height as usize];
+    {
+        let all = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+        draw(&all)?;
+        all.present()?;
+    }
+    let path = folder.join(format!("{name}.png"));
+    let mut encoder = png::Encoder::new(File::create(&path)?, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header()?.write_image_data(&pixels)?;
+    Ok(path)
 }
 
 /// One panel: its title, and a number for each [x][y].
@@ -43,9 +62,7 @@ pub(crate) fn heat_maps(
     across: (&str, i32, i32),
     upwards: (&str, i32, i32),
 ) -> Result<PathBuf, Box<dyn Error>> {
-    let path = file(name)?;
-    let all = BitMapBackend::new(&path, (360 * panels.len() as u32, 380)).into_drawing_area();
-    all.fill(&WHITE)?;
+    picture(name, (360 * panels.len() as u32, 380), |all| {
     let rows = (upwards.2 - upwards.1 + 1) as usize;
     for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
         let mut chart = ChartBuilder::on(area)
@@ -65,9 +82,8 @@ pub(crate) fn heat_maps(
         mesh.disable_mesh().x_desc(across.0).y_desc(upwards.0).label_style(("sans-serif", 13, &INK));
         mesh.x_labels(5).y_labels(5).axis_desc_style(("sans-serif", 15, &INK)).draw()?;
     }
-    all.present()?;
-    drop(all);
-    Ok(path)
+        Ok(())
+    })
 }
 
 /// Curves over one range, each in its panel, with a line at the true value, if it is known.
@@ -78,9 +94,7 @@ pub(crate) fn curves(
     upwards: &str,
     truth: Option<f64>,
 ) -> Result<PathBuf, Box<dyn Error>> {
-    let path = file(name)?;
-    let all = BitMapBackend::new(&path, (420 * panels.len() as u32, 320)).into_drawing_area();
-    all.fill(&WHITE)?;
+    picture(name, (420 * panels.len() as u32, 320), |all| {
     for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
         let most = values.iter().copied().fold(0.0, f64::max) * 1.08;
         let mut chart = ChartBuilder::on(area)
@@ -102,7 +116,6 @@ pub(crate) fn curves(
             .axis_desc_style(("sans-serif", 15, &INK))
             .draw()?;
     }
-    all.present()?;
-    drop(all);
-    Ok(path)
+        Ok(())
+    })
 }
