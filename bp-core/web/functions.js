@@ -183,20 +183,28 @@ function whole(first, count) {
     };
 }
 
-/** The bin that holds a number; the ends of a circle meet. */
+/** The bin that holds a number; the ends of a circle meet. A number that differs from an edge by rounding only is that edge. */
 function bins(edges, isCircle) {
     const count = edges.length - 1;
     const [low, high] = [edges[0], edges[count]];
+    // A few units in the last place of the edge, or of the narrower bin beside it.
+    const rounding = (at) => {
+        const below = at > 0 ? edges[at] - edges[at - 1] : Infinity;
+        const above = at < count ? edges[at + 1] - edges[at] : Infinity;
+        const width = Math.min(below, above);
+        return Math.min(4 * Number.EPSILON * Math.max(Math.abs(edges[at]), width), width / 4);
+    };
     return (number, name) => {
         const turn = high - low;
         const inside = isCircle ? low + ((((number - low) % turn) + turn) % turn) : number;
-        if (!(inside >= low && inside <= high)) {
+        const next = edges.findIndex((edge) => edge > inside);
+        let below = next < 0 ? count + 1 : next;
+        if (below <= count && edges[below] - inside <= rounding(below)) {
+            below += 1;
+        }
+        if (Number.isNaN(inside) || below === 0 || (below > count && !isCircle && inside - high > rounding(count))) {
             throw new RangeError(`\`${name}\`: ${number} is not between ${low} and ${high}`);
         }
-        const above = edges.findIndex((edge) => edge > inside);
-        if (above < 0) {
-            return isCircle ? 0 : count - 1;
-        }
-        return above - 1;
+        return below <= count ? below - 1 : isCircle ? 0 : count - 1;
     };
 }

@@ -2,7 +2,7 @@
 //!
 //! In: bounds. Out: [`Bins`], with the bin of a number and the centre of a bin. Invariant: edges are finite and
 //! ascending; bin i is [edge i; edge i+1[, and the last one contains its upper edge too, unless the ends meet: then
-//! every number lies in some bin.
+//! every number lies in some bin. A number that differs from an edge by rounding only, as 3 · 0.1 from 0.3, is that edge.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,17 @@ impl Bins {
     pub fn even(low: f64, high: f64, count: usize, circle: bool) -> Option<Self> {
         let width = (high - low) / count as f64;
         let valid = (1..=MOST_BINS).contains(&count) && width > 0.0 && width.is_finite();
-        let edge = |position: usize| if position == count { high } else { low + width * position as f64 };
+        // Rounded as a decimal is: the edge 0.3 of `bins(0, 1, 10)` is the number 0.3, which 3 · 0.1 is not.
+        let edge = |position: usize| {
+            let (before, after) = (position as f64, (count - position) as f64);
+            let edge = (low * after + high * before) / count as f64;
+            match position {
+                0 => low,
+                position if position == count => high,
+                _ if edge.is_finite() => edge,
+                _ => low + width * before,
+            }
+        };
         valid.then(|| Self { edges: (0..=count).map(edge).collect(), even: true, circle, points: None })
     }
 
@@ -92,6 +102,11 @@ impl Bins {
         holding(&self.edges, self.circle, number)
     }
 
+    /// The distance from an edge within which a number is the edge itself.
+    pub fn rounding(&self, edge: usize) -> f64 {
+        rounding(&self.edges, edge)
+    }
+
     /// The centre of a bin, with the digits that distinguish it from its neighbours by a billionth.
     pub fn name(&self, bin: usize) -> String {
         if let Some(points) = &self.points {
@@ -109,12 +124,26 @@ pub fn holding(edges: &[f64], circle: bool, number: f64) -> Option<usize> {
     let count = edges.len() - 1;
     let (low, high) = (edges[0], edges[count]);
     let number = if circle { low + (number - low).rem_euclid(high - low) } else { number };
-    if !(low..=high).contains(&number) {
-        return None;
+    // The number of edges that are not above the number, but for rounding.
+    let below = edges.partition_point(|edge| *edge <= number);
+    let is_next = below <= count && edges[below] - number <= rounding(edges, below);
+    match below + usize::from(is_next) {
+        0 => None,
+        below if below <= count => Some(below - 1),
+        // The upper end, which is the lower one of a circle.
+        _ if circle => Some(0),
+        _ => (number - high <= rounding(edges, count)).then_some(count - 1),
     }
-    let above = edges.partition_point(|edge| *edge <= number);
-    // On a circle rounding may give the upper end, which is the lower one.
-    Some(if circle && above > count { 0 } else { (above - 1).min(count - 1) })
+}
+
+/// The distance from an edge within which a number is the edge itself: a few units in the last place of the edge, or of
+/// the narrower bin beside it, which an edge at 0 needs.
+fn rounding(edges: &[f64], at: usize) -> f64 {
+    const UNITS: f64 = 4.0;
+    let below = at.checked_sub(1).map(|before| edges[at] - edges[before]);
+    let above = edges.get(at + 1).map(|after| after - edges[at]);
+    let width = below.into_iter().chain(above).fold(f64::INFINITY, f64::min);
+    (UNITS * f64::EPSILON * edges[at].abs().max(width)).min(0.25 * width)
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ fn parents() -> impl Iterator<Item = [usize; 3]> {
     (0..8).map(|number| [number & 1, number >> 1 & 1, number >> 2 & 1])
 }
 
-const FINITE: [(&str, &str); 61] = [
+const FINITE: [(&str, &str); 64] = [
     ("bool", "bernoulli(if A { 0.2 } else { 0.1 * K })"),
     ("bool", "mixture(0.5, bernoulli(0.2), 0.5, mixture(0.5, bernoulli(1), 0.5, bernoulli(0)))"),
     ("bool", "dirac(A and not B)"),
@@ -102,7 +102,10 @@ const FINITE: [(&str, &str); 61] = [
     ("bins(-1, 1, 10)", "cauchy(m[K], 0.3)"),
     ("bins(-1, 1, 10)", "laplace(m[K], 0.3)"),
     ("bins(0, 1, 10)", "truncated(cauchy(0.5, 0.3), 0.2, 0.7)"),
-    ("bins(0, 10, 10)", "poisson(2)"),
+    ("bins(0, 1, 10)", "truncated(gamma(2, K), 0.25, 0.77)"),
+    ("bins(0, 1, 10)", "mixture(0.25, truncated(beta(2, 3), 0.13, 0.5), 0.75, normal(m[K], 0.3))"),
+    ("circle(0, 6, 6)", "truncated(normal(m[K], 1.5), 1.25, 4.75)"),
+    ("circle(0, 6, 6)", "truncated(von_mises(m[K], 2), 1.25, 4.75)"),
     ("bins[0, 0.5, 3]", "weibull(1.5, 2)"),
     ("bins[0, 0.5, 3]", "gamma(1.5, K)"),
     ("bins(0, 1, 10)", "truncated(normal(0.5, 0.3), 0.2, 0.7)"),

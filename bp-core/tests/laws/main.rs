@@ -3,6 +3,7 @@
 //! In: forms with their parameters. Out: probabilities, densities and draws, compared with constants of 50 digits,
 //! quadrature, or calculation by hand. Invariant: no expected value comes from this crate.
 
+mod bins;
 mod coupled;
 mod densities;
 mod dirichlet;

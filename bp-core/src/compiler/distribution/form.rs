@@ -165,7 +165,7 @@ impl Evaluation<'_> {
             Form::Law { law, arguments } => {
                 let parameters = self.parameters(form, *law, arguments)?;
                 match domain.is_finite() {
-                    true => Distribution::finite(law::over(setting, left, *law, &parameters)),
+                    true => Distribution::finite(law::over(setting, left, *law, &parameters, None)),
                     false => Distribution::Law(*law, parameters),
                 }
             }
@@ -184,6 +184,16 @@ impl Evaluation<'_> {
             Form::Mixture(parts) => self.mixture(form, parts, domain)?,
             Form::Truncated { form: inner, low, high } => {
                 let bounds = self.bounds(form, [self.scope.number(*low), self.scope.number(*high)])?;
+                if let (Form::Law { law, arguments }, Some(_)) = (inner.as_ref(), domain.bins()) {
+                    let parameters = self.parameters(inner, *law, arguments)?;
+                    return Ok(Distribution::finite(law::over(
+                        setting,
+                        left,
+                        *law,
+                        &parameters,
+                        Some(bounds),
+                    )));
+                }
                 match (inner.as_ref(), self.form(inner)?) {
                     (_, finite @ (Distribution::Finite(_) | Distribution::Wide(_))) => {
                         let bounds = bounds.map(Extended::from_f64);

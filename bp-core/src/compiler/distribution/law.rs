@@ -50,13 +50,15 @@ pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below
     }
 }
 
-/// The probabilities of the values of a finite variable under a law.
+/// The probabilities of the values of a finite variable under a law; of bins between bounds, where there are some.
 pub(super) fn over(
     setting: &Setting<'_>,
     variable: VariableId,
     law: Law,
     parameters: &Parameters,
+    bounds: Option<[f64; 2]>,
 ) -> Vec<Extended> {
+    let bounds = bounds.map(|bounds| bounds.map(Extended::from_f64));
     let bins = setting.model.variables[variable].domain.bins();
     let parameters = wide(exactly(law, parameters));
     // Beyond the exponents of numbers: e^−λ is left out, which all values share.
@@ -71,9 +73,10 @@ pub(super) fn over(
         let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         return shares(all.into_iter().map(|ln| Extended::from_f64(ln - most).exponential()).collect());
     }
+    let (law, parameters) = forms::law::located(&mut Wide, law, bins, parameters);
     let weight = |ordinal: usize| {
         let mut value = Ordinal { setting, variable, ordinal, by: Wide };
-        forms::law::weight(&mut value, law, bins, &parameters)
+        forms::law::weight(&mut value, law, bins, &parameters, bounds)
     };
     shares((0..setting.count(variable)).map(weight).collect())
 }

@@ -3,12 +3,14 @@
 //! In: a law with valid parameters, and a value. Out: its weight. Invariant: where the law gives the whole domain no
 //! mass, all weights are 0.
 //!
-//! Integers: f(k), up to a factor.  Bins: F(bᵢ₊₁) − F(bᵢ); for a law of counts, f at the centre.  Circles: the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with
-//! the full turn scaled to 2π.
+//! Integers: f(k), up to a factor.  Bins: F(bᵢ₊₁) − F(bᵢ), which a law of counts has not: it is over integers.  Circles:
+//! the mass within half a bin of the centre, along the shorter arc; von Mises: f there, with the full turn scaled to 2π.
+//! Of a bin that is cut by bounds, the mass of the part between them; of von Mises the share of its width.
 
-use crate::law::{Arithmetic, Law, Support};
+use super::truncated;
+use crate::law::{Arithmetic, Law};
 use crate::model::Bins;
-use crate::operators::Binary;
+use crate::operators::{Binary, Unary};
 
 /// A value of a finite variable.
 pub(crate) trait Value {
@@ -27,27 +29,59 @@ pub(crate) trait Value {
 /// A number in the arithmetic of a value.
 pub(crate) type Number<V> = <<V as Value>::By as Arithmetic>::Number;
 
-/// The weight of a value of these bins or of integers under a law.
+/// The weight of a value of these bins or of integers under a law; of a bin, that of its part within the bounds.
 pub(crate) fn weight<V: Value>(
     value: &mut V,
     law: Law,
     bins: Option<&Bins>,
     parameters: &[Number<V>],
+    bounds: Option<[Number<V>; 2]>,
 ) -> Number<V> {
     match bins {
         Some(bins) if goes_round(law, bins) => {
             let centre = value.number();
-            on_circle(value.by(), law, centre, bins, parameters)
+            on_circle(value.by(), law, (centre, bins), parameters, bounds)
         }
-        Some(_) if law.support() != Support::Counts => {
+        Some(_) => {
             let edges = value.edges();
+            let edges = match bounds {
+                Some(bounds) => truncated::part(value.by(), edges, bounds),
+                None => edges,
+            };
             mass(value.by(), law, edges, parameters)
         }
-        _ => {
+        None => {
             let (number, ends) = (value.number(), value.ends());
             law.weight_by(value.by(), number, parameters, ends)
         }
     }
+}
+
+/// The law that is the same over bins whose ends do not enclose its location, but for a factor, and that has its location
+/// at the nearest end, where differences from it keep their digits. A Laplace law is exponential on each side; so is a normal law many widths
+/// away, by the slope of ln f at that end. Parameters that are not known stay.
+pub(crate) fn located<A: Arithmetic>(
+    by: &mut A,
+    law: Law,
+    bins: Option<&Bins>,
+    parameters: Vec<A::Number>,
+) -> (Law, Vec<A::Number>) {
+    // The distance, in widths of the domain, from which on the curvature of ln f is below its rounding.
+    const FAR: f64 = 1e14;
+    let known: Option<Vec<f64>> = parameters.iter().map(|number| by.known(*number)).collect();
+    let (Some([location, scale]), Some(bins)) = (known.as_deref(), bins.filter(|it| !goes_round(law, it)))
+    else {
+        return (law, parameters);
+    };
+    let (low, high) = bins.ends();
+    let nearest = location.clamp(low, high);
+    let distance = (location - nearest).abs();
+    let scale = match law {
+        Law::Laplace if distance > 0.0 => *scale,
+        Law::Normal if distance > FAR * (high - low) => (scale / distance * scale).max(f64::MIN_POSITIVE),
+        _ => return (law, parameters),
+    };
+    (Law::Laplace, [nearest, scale].map(|number| by.constant(number)).to_vec())
 }
 
 /// Whether a law wraps around a circle; others are cut at its ends.
@@ -68,25 +102,45 @@ fn mass<A: Arithmetic>(
 fn on_circle<A: Arithmetic>(
     by: &mut A,
     law: Law,
-    centre: A::Number,
-    bins: &Bins,
+    (centre, bins): (A::Number, &Bins),
     parameters: &[A::Number],
+    bounds: Option<[A::Number; 2]>,
 ) -> A::Number {
     let (low, high) = bins.ends();
     let (turn, width) = (high - low, (high - low) / bins.count() as f64);
     let (half, whole) = (by.constant(0.5 * turn), by.constant(turn));
-    let centred = by.subtract(centre, parameters[0]);
+    // A mean many turns away would have no digits left beside the centre.
+    let mean = match by.known(parameters[0]) {
+        Some(mean) => by.constant(mean.rem_euclid(turn)),
+        None => parameters[0],
+    };
+    let centred = by.subtract(centre, mean);
     let shifted = by.add(centred, half);
     let around = by.binary(Binary::Remainder, shifted, whole);
     let distance = by.subtract(around, half);
     let zero = by.constant(0.0);
     let centred = [zero, parameters[1]];
+    let half_bin = by.constant(0.5 * width);
+    // The ends of the part of the bin, from its centre.
+    let ends = [by.unary(Unary::Negate, half_bin), half_bin];
+    let ends = match bounds {
+        Some(bounds) => {
+            let bounds = bounds.map(|bound| by.subtract(bound, centre));
+            truncated::part(by, ends, bounds)
+        }
+        None => ends,
+    };
     if law == Law::VonMises {
         let scale = by.constant(std::f64::consts::TAU / turn);
         let angle = by.multiply(distance, scale);
-        return law.density_by(by, angle, &centred);
+        let density = law.density_by(by, angle, &centred);
+        if bounds.is_none() {
+            return density;
+        }
+        let (part, width) = (by.subtract(ends[1], ends[0]), by.constant(width));
+        let share = by.divide(part, width);
+        return by.multiply(density, share);
     }
-    let half_width = by.constant(0.5 * width);
-    let edges = [by.subtract(distance, half_width), by.add(distance, half_width)];
+    let edges = ends.map(|end| by.add(distance, end));
     mass(by, law, edges, &centred)
 }

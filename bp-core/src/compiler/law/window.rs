@@ -61,6 +61,17 @@ pub(super) fn ln_weight<A: Arithmetic>(
             let nearest = clamped(by, m, ends);
             bell(by, [x, nearest], [m, s])
         }
+        (Law::Lognormal, &[m, s]) => {
+            // The law of ln x is normal, and the slope of the logarithm is 1/x.
+            let start = by.binary(Binary::Maximum, ends[0], one);
+            let positive = by.binary(Binary::Maximum, x, one);
+            let [ln_x, low, high] = [positive, start, ends[1]].map(|x| by.ln(x));
+            let nearest = clamped(by, m, [low, high]);
+            let (value, slope) = (bell(by, [ln_x, nearest], [m, s]), by.subtract(nearest, ln_x));
+            let value = by.add(value, slope);
+            let inside = by.greater(x, zero);
+            by.within(inside, value)
+        }
         (Law::HalfNormal, &[s]) => {
             let nearest = by.binary(Binary::Maximum, ends[0], zero);
             let value = bell(by, [x, nearest], [zero, s]);

@@ -80,7 +80,8 @@ fn weight(law: Law, parameters: &[f64], domain: &Domain, x: f64) -> f64 {
     let (from, to) = (bins.edges()[bin], bins.edges()[bin + 1]);
     if bins.is_circle() && matches!(law, Law::Normal | Law::VonMises) {
         let turn = bins.ends().1 - bins.ends().0;
-        let distance = (bins.centre(bin) - parameters[0] + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
+        let centred = bins.centre(bin) - parameters[0].rem_euclid(turn);
+        let distance = (centred + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
         if law == Law::VonMises {
             return law.density(distance * TAU / turn, &[0.0, parameters[1]]);
         }

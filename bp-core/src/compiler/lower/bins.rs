@@ -1,7 +1,7 @@
 //! Bins: conversion between the ordinal of a bin and the number that represents it.
 //!
-//! In: bins, and an ordinal or a number. Out: the other. Invariant: as `Bins::centre` and `Bins::holding`; a number in
-//! no bin gets an ordinal outside the domain.
+//! In: bins, and an ordinal or a number. Out: the other. Invariant: as `Bins::centre` and `Bins::holding`, also within
+//! rounding of an edge; a number in no bin gets an ordinal outside the domain.
 
 use super::Lowering;
 use crate::ids::ValueId;
@@ -49,8 +49,8 @@ impl Lowering<'_> {
 
     /// The ordinal of the bin that holds a number; a number outside the domain if no bin holds it.
     pub(super) fn bin_holding(&mut self, bins: &Bins, number: ValueId) -> ValueId {
-        let (low, high) = bins.ends();
-        let (low_value, high_value) = (self.builder.constant(low), self.builder.constant(high));
+        let ((low, high), count) = (bins.ends(), bins.count());
+        let low_value = self.builder.constant(low);
         let mut from_low = self.builder.binary(Binary::Subtract, number, low_value);
         if bins.is_circle() {
             let span = self.builder.constant(high - low);
@@ -58,8 +58,10 @@ impl Lowering<'_> {
         }
         let bin = match bins.width() {
             Some(width) => {
-                let width = self.builder.constant(width);
+                let most = (0..=count).map(|edge| bins.rounding(edge)).fold(0.0, f64::max);
+                let (rounding, width) = (self.builder.constant(most / width), self.builder.constant(width));
                 let bin = self.builder.binary(Binary::Divide, from_low, width);
+                let bin = self.builder.binary(Binary::Add, bin, rounding);
                 self.builder.unary(Unary::Floor, bin)
             }
             None => {
@@ -67,11 +69,9 @@ impl Lowering<'_> {
                 let name = self.name("edge");
                 let axis = self.builder.axis(&name, Extent::constant(bins.edges().len()));
                 let name = self.name("edges");
-                let buffer = self.builder.buffer(
-                    &name,
-                    Role::Table { key: None, numbers: bins.edges().to_vec() },
-                    &[axis],
-                );
+                let edges = bins.edges().iter().enumerate();
+                let numbers = edges.map(|(at, edge)| edge - bins.rounding(at)).collect();
+                let buffer = self.builder.buffer(&name, Role::Table { key: None, numbers }, &[axis]);
                 let edge = self.builder.load(buffer, vec![Index::Axis(axis)]);
                 let below = self.builder.binary(Binary::GreaterOrEqual, number, edge);
                 let count = self.fold_over("bins below", Fold::Sum, &[axis], below);
@@ -79,11 +79,17 @@ impl Lowering<'_> {
                 self.builder.binary(Binary::Subtract, count, one)
             }
         };
-        let last = self.builder.constant(bins.count() as f64 - 1.0);
+        let after = self.builder.constant(count as f64);
+        let at_end = self.builder.binary(Binary::GreaterOrEqual, bin, after);
         if bins.is_circle() {
-            return self.builder.binary(Binary::Minimum, bin, last);
+            // The upper end is the lower one.
+            let first = self.builder.constant(0.0);
+            return self.builder.select(at_end, first, bin);
         }
-        let at_end = self.builder.binary(Binary::Equal, number, high_value);
+        let last = self.builder.constant(count as f64 - 1.0);
+        let most = self.builder.constant(high + bins.rounding(count));
+        let inside = self.builder.binary(Binary::LessOrEqual, number, most);
+        let at_end = self.builder.binary(Binary::And, at_end, inside);
         self.builder.select(at_end, last, bin)
     }
 }

@@ -63,6 +63,7 @@ impl Lowering<'_> {
             let x = self.number_of(variable, at)?;
             return Ok(law.density_by(&mut self.builder, x, &parameters));
         };
+        let (law, parameters) = forms::law::located(&mut self.builder, law, domain.bins(), parameters);
         if let Domain::Bins(bins) = &domain
             && !forms::law::goes_round(law, bins)
         {
@@ -70,7 +71,7 @@ impl Lowering<'_> {
             // The mass of the whole domain, where it has a closed form.
             if let Some(total) = law.mass(&mut self.builder, low, high, &parameters) {
                 let mut value = Ordinal { lowering: self, variable, ordinal };
-                let mass = forms::law::weight(&mut value, law, Some(bins), &parameters);
+                let mass = forms::law::weight(&mut value, law, Some(bins), &parameters, None);
                 return Ok(share(&mut self.builder, mass, total));
             }
         }
@@ -80,7 +81,7 @@ impl Lowering<'_> {
                 return Err(lowering.unplanned("a law over a grid"));
             };
             let mut value = Ordinal { lowering, variable, ordinal };
-            Ok(forms::law::weight(&mut value, law, bins, &parameters))
+            Ok(forms::law::weight(&mut value, law, bins, &parameters, None))
         })
     }
 
@@ -99,6 +100,19 @@ impl Lowering<'_> {
             holds = self.builder.binary(Binary::And, holds, law);
         }
         let [low, high] = [self.expression(bounds[0])?, self.expression(bounds[1])?];
+        let domain = self.model.variables[variable].domain.clone();
+        if let (Form::Law { law, arguments }, Some(bins)) = (form, domain.bins()) {
+            let parameters = self.parameters(*law, arguments)?;
+            let (law, parameters) = forms::law::located(&mut self.builder, *law, Some(bins), parameters);
+            let share = self.normalised_over(variable, at, &mut |lowering, at| {
+                let Meaning::Ordinal(ordinal) = *at else {
+                    return Err(lowering.unplanned("a law over a grid"));
+                };
+                let mut value = Ordinal { lowering, variable, ordinal };
+                Ok(forms::law::weight(&mut value, law, Some(bins), &parameters, Some([low, high])))
+            })?;
+            return Ok(self.only_if(holds, share));
+        }
         let inside = |lowering: &mut Self, at: &Meaning| -> Result<ValueId, Error> {
             let density = lowering.density(factor, form, variable, at)?;
             let x = lowering.number_of(variable, at)?;

@@ -2,8 +2,8 @@
 //!
 //! In: numbers. Out: numbers m · 2ᵉ with 1 ≤ |m| < 2. Invariant: products of any number of probabilities and densities
 //! neither underflow nor overflow; each operator rounds as f64 does. Zero, infinity and NaN have the exponent 0, so that
-//! equal numbers have equal parts. Numbers below 2⁻ⁿ with n = 2¹²⁰ are not 0, but no longer distinct from
-//! each other ([`Extended::is_beyond`]).
+//! equal numbers have equal parts. Numbers below 2⁻ⁿ with n = 2¹²⁰ are not 0, but keep only their order
+//! ([`Extended::is_beyond`]): of two different ones, the smaller is nothing beside the larger.
 //!
 //! Φ(x) for x < −36 is φ(x) / |x| · (1 − 1/x² + 1·3/x⁴ − …) (Abramowitz and Stegun 26.2.12).
 
@@ -27,8 +27,14 @@ const EXPONENT: u64 = 0x7FF0_0000_0000_0000;
 /// The largest exponent of a number: an i128 can hold the sums of a few of them.
 const MOST_EXPONENT: i128 = 1 << 120;
 
+/// The difference of the exponents of two numbers with neighbouring ranks below all exponents.
+const RANK_APART: i128 = 1 << 40;
+
 /// An argument of this size is reduced once more.
 const LARGE_REST: f64 = 300.0;
+
+/// Below this, x² has no digits after the point.
+const NO_DIGITS: f64 = -1e16;
 
 /// Below this, Φ is computed in the extended range.
 const FAR_TAIL: f64 = -36.0;
@@ -66,9 +72,18 @@ impl Extended {
         }
     }
 
-    /// Whether it is nonzero but below the smallest exponent, where numbers are no longer distinct.
+    /// Whether it is nonzero but below the smallest exponent, where numbers keep only their order.
     pub fn is_beyond(self) -> bool {
         self.binary_exponent().is_some_and(|exponent| exponent < -MOST_EXPONENT)
+    }
+
+    /// eˣ for an x < 0 whose eˣ is below the smallest exponent: the exponent follows the rank of x among numbers, so that a
+    /// larger x has the larger result, and the smaller one is nothing beside it.
+    fn below_all(self) -> Self {
+        const MOST_OF_RANK: i128 = 1 << 24;
+        let digits = i128::from(self.mantissa.to_bits() & ((1 << 52) - 1));
+        let rank = (self.exponent.min(MOST_OF_RANK) << 52) | digits;
+        Self { mantissa: 1.0, exponent: -2 * MOST_EXPONENT - rank * RANK_APART }
     }
 
     /// Whether it is neither infinite nor NaN.
@@ -142,7 +157,12 @@ impl Div for Extended {
     type Output = Self;
     #[inline]
     fn div(self, other: Self) -> Self {
-        Self::scaled(self.mantissa / other.mantissa, self.exponent.saturating_sub(other.exponent))
+        let mut exponent = self.exponent.saturating_sub(other.exponent);
+        if exponent.abs() > RANK_APART / 2 && self.is_beyond() && other.is_beyond() {
+            // Their ranks say which one is larger, and not by how much.
+            exponent = 2 * exponent.signum() * MOST_EXPONENT;
+        }
+        Self::scaled(self.mantissa / other.mantissa, exponent)
     }
 }
 
@@ -229,8 +249,7 @@ impl Scalar for Extended {
         }
         let x = self.to_f64();
         if self.exponent >= 120 && self.is_finite() {
-            let beyond = Self { mantissa: 1.0, exponent: -2 * MOST_EXPONENT };
-            return if self.mantissa < 0.0 { beyond } else { Self::scaled(f64::INFINITY, 0) };
+            return if self.mantissa < 0.0 { self.below_all() } else { Self::scaled(f64::INFINITY, 0) };
         }
         if !x.is_finite() {
             return Self::scaled(if x < 0.0 { 0.0 } else { x }, 0);
@@ -264,8 +283,9 @@ impl Scalar for Extended {
         if !x.is_finite() {
             return Self::ZERO;
         }
-        // −x²/2 as −h²/2 − (x − h)(x + h)/2, h being x to 26 bits: the first square is exact.
-        let h = f64::from_bits(x.to_bits() & !0x7FF_FFFF);
+        // −x²/2 as −h²/2 − (x − h)(x + h)/2, h being x to 26 bits: the first square is exact. Where the square has no digits
+        // after the point, one factor keeps the order.
+        let h = if x > NO_DIGITS { f64::from_bits(x.to_bits() & !0x7FF_FFFF) } else { x };
         let exp = |x: f64, y: f64| (Self::from_f64(-0.5 * x) * Self::from_f64(y)).exponential();
         let bell = exp(h, h) * exp(x - h, x + h);
         let (mut term, mut series) = (1.0, 1.0);

@@ -5,7 +5,7 @@
 
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{ExpressionId, FactorId};
-use crate::law::Law;
+use crate::law::{Law, Support};
 use crate::model::{Domain, Fit, Model};
 
 pub(super) fn law_faults(
@@ -50,6 +50,16 @@ pub(super) fn argument_fault(
 
 fn domain_fault(model: &Model, id: FactorId, law: Law, domain: &Domain, name: &str) -> Option<Fault> {
     let (place, law_name) = (Place::Form(id), law.name());
+    if let (Domain::Bins(_), Support::Counts) = (domain, law.support()) {
+        return Some(fault_with_help(
+            place,
+            format!(
+                "`{law_name}` distributes whole numbers, but `{name}` is cut into bins: `{}`",
+                model.domain_text(domain)
+            ),
+            format!("declare an integer range, such as `{name} : 0..=100`"),
+        ));
+    }
     let is = || format!("`{name}` is `{}`", model.domain_text(domain));
     let fits = match domain {
         Domain::Real => true,
