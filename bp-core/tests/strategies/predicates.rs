@@ -81,3 +81,37 @@ fn a_predicate_of_a_determined_number_is_decided() {
     let difference = program.ask("P(A - B | A - B == 0)").unwrap();
     assert_eq!((difference.mean().unwrap(), difference.variance().unwrap()), (0.0, 0.0));
 }
+
+/// A number that finite variables determine is compared as an observation is: 3 · 0.1 is 0.3.
+#[test]
+fn a_predicate_of_a_computed_number_allows_for_its_rounding() {
+    let program = program(
+        "program Tenths {
+            variables { K : 1..=9; Y, Z : real; }
+            decomposition { P(K) P(Y | K) P(Z | Y) }
+            forms { P(K) = uniform; P(Y | K) = dirac(K * 0.1); P(Z | Y) = normal(Y, 1); }
+        }",
+    );
+    for (question, expected) in [
+        ("P(Y == 0.3)", 1.0),
+        ("P(Y > 0.3)", 6.0),
+        ("P(Y >= 0.3)", 7.0),
+        ("P(Y < 0.3)", 2.0),
+        ("P(Y <= 0.3 or Y > 0.7)", 5.0),
+        ("P(not (Y != 0.6))", 1.0),
+    ] {
+        let found = program.ask(question).unwrap_or_else(|error| panic!("{question}: {error}"));
+        near(found.p(true).unwrap(), expected / 9.0);
+        for strategy in ["sums", "mixture"] {
+            let found = program.clone().by(strategy).unwrap().ask(question);
+            near(
+                found.unwrap_or_else(|error| panic!("{question}: {error}")).p(true).unwrap(),
+                expected / 9.0,
+            );
+        }
+    }
+    for question in ["P(K | Y = 0.3)", "P(K | Y == 0.3)", "P(K | 0.3 == Y)", "P(K | Y <= 0.3, Y >= 0.3)"] {
+        let found = program.ask(question).unwrap_or_else(|error| panic!("{question}: {error}"));
+        assert_eq!(found.p(3).unwrap(), 1.0, "{question}");
+    }
+}

@@ -232,7 +232,7 @@ impl Evaluation<'_> {
                 Distribution::finite((0..count).map(probability).collect())
             }
             Form::Dirac(value) => {
-                let number = self.finite(form, self.scope.number(*value))?;
+                let number = self.finite(form, self.determined(*value))?;
                 if !domain.is_finite() {
                     return Ok(Distribution::Point(number));
                 }

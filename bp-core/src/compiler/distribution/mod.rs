@@ -9,6 +9,7 @@
 
 mod affine;
 mod check;
+mod compared;
 mod contexts;
 mod dual;
 mod form;
@@ -31,6 +32,7 @@ pub(crate) use written_out::{WrittenOut, uses_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::dirac;
+pub(crate) use crate::forms::dirac::ROUNDING;
 use crate::law::{Law, Numbers, Parameters, Share};
 use rand::Rng;
 use rand::RngExt;

@@ -32,6 +32,8 @@ pub struct Setting<'m> {
     counts: Vec<usize>,
     /// The arms of long `match`es, once an expression was too long to be walked.
     matches: OnceLock<HashMap<ExpressionId, Arms>>,
+    /// For each factor, whether it compares determined reals in a question.
+    compared: OnceLock<Vec<bool>>,
     /// Over time: whether this is the first instant.
     pub(super) first: Option<bool>,
 }
@@ -71,6 +73,7 @@ impl<'m> Setting<'m> {
             offsets: vec![0],
             counts: Vec::new(),
             matches: OnceLock::new(),
+            compared: OnceLock::new(),
             first: None,
         };
         for (id, parameter) in model.parameters.iter() {
@@ -154,6 +157,12 @@ impl<'m> Setting<'m> {
     /// The same at the first instant, or at a later one.
     pub fn at(&self, first: bool) -> Self {
         Self { first: Some(first), ..self.clone() }
+    }
+
+    /// As [`Model::compares_determined`].
+    pub(super) fn compares_determined(&self, factor: FactorId) -> bool {
+        let of = |factor| self.model.compares_determined(factor);
+        self.compared.get_or_init(|| self.model.factors.values().map(of).collect())[factor.position()]
     }
 
     /// The host's inputs.

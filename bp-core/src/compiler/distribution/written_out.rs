@@ -349,8 +349,6 @@ impl Writer<'_, '_> {
 
 /// Whether a question uses single elements of families, so that whole families do not suffice.
 pub(crate) fn uses_elements(model: &Model) -> bool {
-    let derived = model.variables.ids().rev().take_while(|id| model.variables[*id].derived.is_some());
-    let factors = derived.filter_map(|id| model.factor_of(id)).map(|id| &model.factors[id]);
-    let mut uses = factors.flat_map(|factor| &factor.right);
+    let mut uses = model.derived_factors().flat_map(|factor| &factor.right);
     uses.any(|use_| model.variables[use_.variable].family.is_some())
 }

@@ -7,7 +7,7 @@ use crate::law::{Arithmetic, Constraint};
 use crate::operators::{Binary, Unary};
 
 /// Reals that differ by at most this share of the larger one are equal.
-const ROUNDING: f64 = 1e-12;
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// The probability of x.
 pub(crate) fn probability<A: Arithmetic>(by: &mut A, x: A::Number, v: A::Number) -> A::Number {
@@ -21,6 +21,19 @@ pub(crate) fn probability_of_real<A: Arithmetic>(by: &mut A, x: A::Number, v: A:
     let (larger, rounding) = (by.binary(Binary::Maximum, x, v), by.constant(ROUNDING));
     let most = by.multiply(rounding, larger);
     by.binary(Binary::LessOrEqual, difference, most)
+}
+
+/// x − y of reals, 0 where they are equal up to rounding.
+pub(crate) fn difference<A: Arithmetic>(by: &mut A, x: A::Number, y: A::Number) -> A::Number {
+    let (are_equal, difference) = (probability_of_real(by, x, y), by.subtract(x, y));
+    let zero = by.constant(0.0);
+    by.select(are_equal, zero, difference)
+}
+
+/// A comparison of reals, which are equal up to rounding.
+pub(crate) fn compared<A: Arithmetic>(by: &mut A, operator: Binary, x: A::Number, y: A::Number) -> A::Number {
+    let (difference, zero) = (difference(by, x, y), by.constant(0.0));
+    by.binary(operator, difference, zero)
 }
 
 /// The constraint on v.

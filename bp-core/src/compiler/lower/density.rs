@@ -11,8 +11,8 @@ use crate::forms::{bernoulli, dirac, mixture, uniform};
 use crate::ids::{AxisId, ExpressionId, FactorId, ValueId, VariableId};
 use crate::kernel::{Extent, Fold, GridAxis, Index, Node, Reduce, SizeKey};
 use crate::law::Constraint;
-use crate::model::{Domain, Factor, Form, Value, VariableUse};
-use crate::operators::Binary;
+use crate::model::{Domain, Expression, Factor, Form, Value, VariableUse};
+use crate::operators::{Binary, Unary};
 
 /// The longest product over a given family that is unrolled; a longer one is a loop.
 const WRITTEN_OUT: usize = 64;
@@ -209,7 +209,10 @@ impl Lowering<'_> {
             }
             Form::Dirac(value) => {
                 let holds = self.keeps(*value, dirac::VALUE)?;
-                let value = self.expression(*value)?;
+                let value = match self.model.compares_determined(factor) {
+                    true => self.sharing(|lowering| lowering.compared(variable, *value))?,
+                    false => self.expression(*value)?,
+                };
                 let (x, value) = match (&domain, at) {
                     // A number anywhere in a bin means that bin.
                     (Domain::Bins(bins), Meaning::Ordinal(bin)) => (*bin, self.bin_holding(bins, value)),
@@ -245,6 +248,30 @@ impl Lowering<'_> {
             }
             Form::Table(rows) => self.table(factor, rows),
             Form::Constants(numbers) => self.constants(factor, numbers),
+        }
+    }
+
+    /// The value of a predicate or an equation of a question, which compares reals that others determine as an observation
+    /// does.
+    fn compared(&mut self, variable: VariableId, id: ExpressionId) -> Result<ValueId, Error> {
+        match self.model.expressions[id] {
+            Expression::Binary(Binary::Subtract, left, right) if self.model.is_equation(variable) => {
+                let (left, right) = (self.expression(left)?, self.expression(right)?);
+                Ok(dirac::difference(&mut self.builder, left, right))
+            }
+            Expression::Binary(operator, left, right) if operator.compares() => {
+                let (left, right) = (self.expression(left)?, self.expression(right)?);
+                Ok(dirac::compared(&mut self.builder, operator, left, right))
+            }
+            Expression::Binary(operator @ (Binary::And | Binary::Or | Binary::Add), left, right) => {
+                let (left, right) = (self.compared(variable, left)?, self.compared(variable, right)?);
+                Ok(self.builder.binary(operator, left, right))
+            }
+            Expression::Unary(Unary::Not, operand) => {
+                let operand = self.compared(variable, operand)?;
+                Ok(self.builder.unary(Unary::Not, operand))
+            }
+            _ => self.expression(id),
         }
     }
 

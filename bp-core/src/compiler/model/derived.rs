@@ -138,9 +138,36 @@ impl Model {
         variable
     }
 
+    /// The factors of the derived variables, the last of the program, in one pass.
+    pub fn derived_factors(&self) -> impl Iterator<Item = &Factor> {
+        let of = self.distributions();
+        let derived = self.variables.ids().rev().take_while(|id| self.variables[*id].derived.is_some());
+        derived.filter_map(move |id| of[id.position()]).map(|id| &self.factors[id])
+    }
+
     /// Whether a variable is the difference of two sides that a question knows to be equal.
     pub fn is_equation(&self, variable: VariableId) -> bool {
         self.variables[variable].derived == Some(DerivedKind::Equation)
+    }
+
+    /// Whether a factor is that of a predicate or an equation about reals which other variables determine: they have rounding
+    /// errors, and are compared as an observation is.
+    pub fn compares_determined(&self, factor: &Factor) -> bool {
+        let has_dirac = |form: &Form| {
+            let (mut waiting, mut found) = (vec![form.clone()], false);
+            while let (Some(form), false) = (waiting.pop(), found) {
+                found = matches!(form, Form::Dirac(_));
+                form.each_part(&mut |part| waiting.push(part.clone()));
+            }
+            found
+        };
+        let is_determined = |use_: &VariableUse| {
+            self.variables[use_.variable].domain == Domain::Real
+                && self.factor_of(use_.variable).is_some_and(|id| has_dirac(&self.factors[id].form))
+        };
+        let is_asked =
+            |left: &VariableUse| self.is_predicate(left.variable) || self.is_equation(left.variable);
+        factor.left.iter().all(is_asked) && factor.right.iter().any(is_determined)
     }
 
     /// Whether a variable is a predicate of a question.

@@ -47,9 +47,7 @@ pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
 
 /// Refuses an element that a question names by its number, and that its set, once its size is known, does not have.
 fn elements(model: &Model, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
-    let derived = |id: &VariableId| model.variables[*id].derived.is_some();
-    let factors = model.variables.ids().rev().take_while(derived).filter_map(|id| model.factor_of(id));
-    for use_ in factors.flat_map(|id| &model.factors[id].right) {
+    for use_ in model.derived_factors().flat_map(|factor| &factor.right) {
         let (Some(element), Some(family)) = (use_.element, model.variables[use_.variable].family) else {
             continue;
         };

@@ -5,7 +5,7 @@
 
 use super::Mixture;
 use super::components::{Component, components};
-use crate::distribution::{Setting, ln_sum, normalise};
+use crate::distribution::{ROUNDING, Setting, ln_sum, normalise};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
@@ -89,7 +89,12 @@ impl Weighted<'_> {
         let mut cells = vec![0.0; 2];
         for (weight, component) in &self.all {
             let [mean, deviation] = component.law.of_form(&terms, form.constant);
-            let own = probabilities(setting.model, root, [mean, 0.0, deviation], &leaves);
+            // A value that finite variables determine is compared as an observation is.
+            let size = |(slot, coefficient): &(usize, f64)| {
+                (coefficient * component.law.of_form(&[(*slot, 1.0)], 0.0)[0]).abs()
+            };
+            let rounding = ROUNDING * terms.iter().map(size).fold(form.constant.abs(), f64::max);
+            let own = probabilities(setting.model, root, [mean, rounding, deviation], &leaves);
             cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
         }
         Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])
