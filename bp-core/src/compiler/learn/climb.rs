@@ -7,12 +7,16 @@
 //! not concave, the steps follow the gradient. A normal law is parametrised by m/s² and 1/s², in which ln L is concave:
 //! where the values lie at both ends of the domain, it increases towards s = ∞, along a curve on which m/s² stays
 //! finite.
+//!
+//! Where all values of a law of counts or positive numbers lie at the upper end of the domain, ln L increases with its mean
+//! towards ∞: the mean is a million times the largest value at most, from which on the law over the domain hardly
+//! changes.
 
 use super::distribution::{Argument, Cell, Distribution, Kind, Learnable};
 use super::floor::{held, least_deviation};
 use super::likelihood::{ln_likelihood, ln_prior};
 use super::statistics::Statistic;
-use crate::law::{Law, Sample};
+use crate::law::{Law, MOST_SHAPE, Sample};
 use crate::model::Domain;
 use std::collections::HashMap;
 
@@ -67,6 +71,28 @@ pub(super) fn climbed<'d>(
 ) -> Option<(Law, &'d [Argument])> {
     let Kind::Law(law, arguments) = &distribution.kind else { return None };
     (*law != Law::Uniform && learnable.count(distribution).is_some()).then_some((*law, arguments))
+}
+
+/// The mean of a law over integers or bins as a share of its limit; 0 of a law without a limit. Of `half_cauchy` and `weibull`, whose
+/// mean may be infinite, it is the scale.
+pub(super) fn share_of_limit(learnable: &Learnable, distribution: &Distribution) -> f64 {
+    let (Kind::Law(law, arguments), Some(count)) = (&distribution.kind, learnable.count(distribution)) else {
+        return 0.0;
+    };
+    let numbers = learnable.arguments(arguments);
+    let size = match law {
+        Law::Poisson
+        | Law::Geometric
+        | Law::NegativeBinomial
+        | Law::Exponential
+        | Law::Gamma
+        | Law::HalfNormal => law.mean(&numbers),
+        Law::HalfCauchy => numbers[0],
+        Law::Weibull => numbers[1],
+        _ => return 0.0,
+    };
+    let largest = learnable.domain(distribution).number(count.saturating_sub(1));
+    size / (MOST_SHAPE * largest.abs().max(1.0))
 }
 
 /// The cells of a law that are learned.
@@ -197,7 +223,11 @@ impl Own<'_> {
             let distribution = &learnable.distributions()[*position];
             let Kind::Law(law, arguments) = &distribution.kind else { continue };
             let numbers = learnable.arguments(arguments);
-            if law.refuses(&numbers).is_some() || held(*law, numbers, self.spreads[*position]).1 {
+            let is_beyond = || share_of_limit(learnable, distribution) > 1.0;
+            if law.refuses(&numbers).is_some()
+                || held(*law, numbers, self.spreads[*position]).1
+                || is_beyond()
+            {
                 return f64::NEG_INFINITY;
             }
             let seen = ln_likelihood(learnable, distribution, &self.statistics[*position]);

@@ -9,8 +9,8 @@
 
 use super::Settings;
 use super::accelerate::History;
-use super::climb::{climb, climbed};
-use super::distribution::{Argument, Cell, Kind, Learnable, Share, cells_of};
+use super::climb::{climb, climbed, share_of_limit};
+use super::distribution::{Argument, Cell, Distribution, Kind, Learnable, Share, cells_of};
 use super::estimate::{Outcome, Step, estimate, spreads};
 use super::expect::{Expectation, Expected};
 use super::floor::held;
@@ -24,6 +24,9 @@ use std::collections::BTreeSet;
 
 /// Number of halvings of a step that lowers the likelihood.
 const MOST_HALVINGS: usize = 12;
+
+/// The share of its limit from which on a mean is at it.
+const AT_LIMIT: f64 = 0.999;
 
 /// Relative rounding error of a sum of logarithms.
 const ROUNDING: f64 = 1e-13;
@@ -154,9 +157,14 @@ impl Iteration<'_> {
         if self.climbs {
             climb(self.learnable, statistics, &self.spreads);
             let empty = |statistic: &Statistic| matches!(statistic, Statistic::Sample(it) if it.is_empty());
-            let of_kept = outcomes.iter_mut().zip(statistics).zip(&keep).filter(|(_, keep)| **keep);
-            of_kept.for_each(|((outcome, statistic), _)| {
-                *outcome = if empty(statistic) { Outcome::Empty } else { Outcome::Fitted };
+            let all = outcomes.iter_mut().zip(statistics).zip(self.learnable.distributions());
+            let of_kept = all.zip(&keep).filter(|(_, keep)| **keep);
+            of_kept.for_each(|(((outcome, statistic), distribution), _)| {
+                *outcome = match share_of_limit(self.learnable, distribution) {
+                    _ if empty(statistic) => Outcome::Empty,
+                    share if share > AT_LIMIT => Outcome::Limited,
+                    _ => Outcome::Fitted,
+                };
             });
         }
         Ok(outcomes)
@@ -260,7 +268,10 @@ impl Iteration<'_> {
             self.put(&numbers);
             self.sum_rows();
             let all = self.learnable.distributions().iter().zip(&self.spreads);
-            if all.into_iter().all(|(it, spread)| self.is_possible(&it.kind, *spread)) {
+            let is_possible = |it: &Distribution, spread: f64| {
+                self.is_possible(&it.kind, spread) && share_of_limit(self.learnable, it) <= 1.0
+            };
+            if all.into_iter().all(|(it, spread)| is_possible(it, *spread)) {
                 return self.point().ok().filter(|point| point.objective >= at.objective);
             }
         }

@@ -89,3 +89,43 @@ fn a_mixture_with_heavy_tails_keeps_the_likelihood_of_its_course() {
         assert!(trail.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12 * pair[0].abs()), "{seed}");
     }
 }
+
+/// Truncated to 0..=9, the likelihood of values that are all 9 increases with the rate: P(9) = 1 / (1 + 9/r + 72/r² + …).
+#[test]
+fn a_rate_ends_at_a_limit_where_all_values_are_the_largest() {
+    for (domain, law, values, most) in [
+        ("0..=9", "poisson", "9 9 9", 9e6),
+        ("0..=9", "geometric", "9 9 9", 9e6),
+        ("bins(0, 10, 5)", "exponential", "9.5 9.2 9.9", 9e6),
+    ] {
+        let text = program(
+            &format!("A : {{ a, b }}; X : {domain};"),
+            "P(A) P(X | A)",
+            &format!("P(A) = unknown(dirichlet(1)); P(X | A) = unknown({law});"),
+        );
+        let rows: Vec<String> = values.split(' ').map(|value| format!("b,{value}\n")).collect();
+        let table = format!("A,X\na,1\na,2\na,4\n{}a,\n", rows.concat());
+        let learned = seen(&text, &table).learned().unwrap_or_else(|error| panic!("{law}: {error}"));
+        let report = learned.report.clone();
+        assert!(report.expectation.as_ref().is_some_and(|course| course.converged), "{law}");
+        assert_eq!((report.forms[1].limited, report.forms[1].floored), (1, 0), "{law}");
+        // The number of the second context, in the written program.
+        let words = learned.text();
+        let own = words.split(&format!("b => {law}(")).nth(1).and_then(|rest| rest.split(')').next());
+        let number: f64 = own.unwrap_or_else(|| panic!("{words}")).parse().unwrap();
+        let mean = match law {
+            "poisson" => number,
+            "geometric" => (1.0 - number) / number,
+            _ => 1.0 / number,
+        };
+        assert!((mean / most - 1.0).abs() < 1e-2, "{law}: {mean}");
+        // Of 0..=9 under poisson(9e6), 9 has 1 − 1e-6; a geometric law or an exponential one is flat there.
+        let last = both(&text, &learned, "P(X | A = b)").pop().unwrap();
+        let expected = match law {
+            "poisson" => 1.0 - 1e-6,
+            "geometric" => 0.1,
+            _ => 0.2,
+        };
+        assert!((last - expected).abs() < 1e-5, "{law}: {last}");
+    }
+}
