@@ -90,7 +90,11 @@ impl Posterior {
     /// # Errors
     /// As [`Posterior::mean`].
     pub fn deviation(&self) -> Result<f64, Error> {
-        Ok(self.variance()?.max(0.0).sqrt())
+        let (part, _) = self.single()?;
+        Ok(match &part.law {
+            PartLaw::Laws { laws, .. } => laws[0].deviation(),
+            _ => self.variance()?.max(0.0).sqrt(),
+        })
     }
 
     /// The covariance of two of its variables.

@@ -8,6 +8,7 @@ mod coupled;
 mod densities;
 mod dirichlet;
 mod distributions;
+mod extremes;
 mod invalid_numbers;
 mod links;
 mod probability;

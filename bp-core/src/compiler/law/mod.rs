@@ -231,6 +231,19 @@ impl Law {
         by.exp(ln_weight)
     }
 
+    /// The standard deviation, which has a value where the variance is too small or too large for f64.
+    pub fn deviation(self, parameters: &[f64]) -> f64 {
+        match (self, parameters) {
+            (Law::Normal, [_, deviation]) => *deviation,
+            (Law::Exponential, [rate]) => 1.0 / rate,
+            (Law::Gamma, [shape, rate]) => shape.sqrt() / rate,
+            (Law::Laplace, [_, scale]) => std::f64::consts::SQRT_2 * scale,
+            (Law::Uniform, [low, high]) => uniform::deviation([*low, *high]),
+            (Law::HalfNormal, [scale]) => scale * (1.0 - 2.0 / PI).sqrt(),
+            _ => self.variance(parameters).sqrt(),
+        }
+    }
+
     /// P(X ≤ x)
     pub fn cumulative(self, x: f64, parameters: &[f64]) -> f64 {
         self.tails(x, parameters).0

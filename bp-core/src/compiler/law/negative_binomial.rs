@@ -83,7 +83,7 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 2], Refusal> {
 /// A Poisson law whose rate is drawn.
 pub(super) fn draw(by: &mut impl Rng, [r, p]: [f64; 2]) -> f64 {
     let rate = rand_distr::Gamma::new(r, (1.0 - p) / p).map_or(0.0, |law| law.sample(by));
-    rand_distr::Poisson::new(rate).map_or(0.0, |law| law.sample(by))
+    if rate > 0.0 { super::poisson::draw(by, [rate]) } else { 0.0 }
 }
 
 pub(super) fn entropy(parameters: [f64; 2]) -> f64 {

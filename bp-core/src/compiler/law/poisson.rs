@@ -59,6 +59,11 @@ pub(super) fn fit(sample: &Sample, _: &[f64]) -> Result<[f64; 1], Refusal> {
 }
 
 pub(super) fn draw(by: &mut impl Rng, [rate]: [f64; 1]) -> f64 {
+    // Of a larger rate the skewness, 1/√λ, is below 1e-8: the law is normal within rounding.
+    const NORMAL: f64 = 1e16;
+    if rate > NORMAL {
+        return super::normal::draw(by, [rate, rate.sqrt()]).round();
+    }
     rand_distr::Poisson::new(rate).map_or(f64::NAN, |law| law.sample(by))
 }
 

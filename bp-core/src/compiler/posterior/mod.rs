@@ -278,7 +278,7 @@ impl Figure {
     /// The moments and quantiles of a named law.
     pub(crate) fn of_law(law: NamedLaw) -> Self {
         let quantiles = Moments::LEVELS.map(|level| law.quantile(level));
-        Figure::Law { law, mean: law.mean(), deviation: law.variance().sqrt(), quantiles }
+        Figure::Law { law, mean: law.mean(), deviation: law.deviation(), quantiles }
     }
 
     /// The moments and quantiles of a real, estimated from draws.

@@ -33,6 +33,11 @@ impl NamedLaw {
         self.law.variance(self.own())
     }
 
+    /// The standard deviation.
+    pub fn deviation(&self) -> f64 {
+        self.law.deviation(self.own())
+    }
+
     /// The value of largest density; `None` where there is no single one.
     pub fn mode(&self) -> Option<f64> {
         self.law.mode(self.own())

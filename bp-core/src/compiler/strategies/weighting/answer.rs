@@ -3,6 +3,7 @@
 //! In: a sampled route and the host's inputs. Out: [`Answer`]s, each number with its standard error. Invariant:
 //! evidence that no draw meets is an error, and a small effective sample size gives a warning.
 
+use super::refusal::check_variance;
 use super::{Sampled, weigh};
 use crate::distribution::Setting;
 use crate::equation::Strategy;
@@ -43,6 +44,7 @@ fn answers(
     sampling: Sampling,
 ) -> Result<Vec<Answer>, Error> {
     let setting = Setting::new(model, inputs)?;
+    route.asks.iter().try_for_each(|ask| check_variance(&setting, ask))?;
     let ask = &route.asks[0];
     let observations = Observations::of(&setting, ask)?;
     let mut kept: Vec<usize> = route

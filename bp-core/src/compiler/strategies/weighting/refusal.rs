@@ -3,6 +3,8 @@
 //! In: an ask or a factor. Out: the reason why no draws answer it, if there is one. Invariant: reasons depend on the program
 //! and the question alone.
 
+use crate::distribution::{Distribution, Setting};
+use crate::error::Error;
 use crate::ids::ExpressionId;
 use crate::model::{Ask, Expression, Factor, Finding, Form, Model, Searched, Statistic};
 
@@ -33,6 +35,33 @@ pub(super) fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
         }
     }
     None
+}
+
+/// Refuses the variance of a distribution that has no finite one, which a number from draws would not show.
+///
+/// # Errors
+/// The ask is the variance of a real that has such a distribution, without parents and evidence.
+pub(super) fn check_variance(setting: &Setting<'_>, ask: &Ask) -> Result<(), Error> {
+    let model = setting.model;
+    let ([item], [], Statistic::Variance) = (ask.searched.as_slice(), ask.known.as_slice(), &ask.statistic)
+    else {
+        return Ok(());
+    };
+    let Some(factor) = model.factor_of(item.variable).filter(|id| model.factors[*id].right.is_empty()) else {
+        return Ok(());
+    };
+    let values = vec![f64::NAN; setting.slots()];
+    for instance in setting.instances(factor)? {
+        if let Distribution::Law(law, parameters) = setting.distribution(&instance, &values)?
+            && !law.variance(&parameters[..law.parameters().len()]).is_finite()
+        {
+            let (name, form) = (model.variable_name(item.variable), &model.factors[factor].form);
+            let form = model.form_text(&model.factors[factor], form);
+            let reason = format!("`{name}` has no finite variance: its distribution is `{form}`");
+            return Err(Error::Unplanned { question: model.ask_text(ask), reason });
+        }
+    }
+    Ok(())
 }
 
 /// Why a statistic is not estimated by draws.
