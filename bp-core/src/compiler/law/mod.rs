@@ -125,8 +125,7 @@ macro_rules! laws {
                 match self { $(Law::$law => $file::mean(exactly(parameters)),)+ }
             }
 
-            /// The expectation of the squared distance from the mean; infinite where its integral is, NaN where it does not
-            /// exist.
+            /// The expectation of the squared distance from the mean; infinite, or NaN, as the expectation may be.
             pub fn variance(self, parameters: &[f64]) -> f64 {
                 match self { $(Law::$law => $file::variance(exactly(parameters)),)+ }
             }
@@ -308,8 +307,7 @@ impl Law {
         }
     }
 
-    /// The parameters of the largest likelihood where the scale is at least `floor`, for laws whose likelihood may have no
-    /// bound although the values differ; `None` for others.
+    /// The most likely parameters with a scale of `floor` at least, for laws whose likelihood may have no bound; else `None`.
     pub(crate) fn fit_above(self, sample: &Sample, floor: f64) -> Option<Vec<f64>> {
         match self {
             Law::StudentT => Some(student_t::fit_above(sample, floor).to_vec()),
