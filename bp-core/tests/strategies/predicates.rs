@@ -101,10 +101,10 @@ fn a_predicate_of_a_computed_number_allows_for_its_rounding() {
         ("P(not (Y != 0.6))", 1.0),
     ] {
         let found = program.ask(question).unwrap_or_else(|error| panic!("{question}: {error}"));
-        near(found.p(true).unwrap(), expected / 9.0);
+        close(found.p(true).unwrap(), expected / 9.0);
         for strategy in ["sums", "mixture"] {
             let found = program.clone().by(strategy).unwrap().ask(question);
-            near(
+            close(
                 found.unwrap_or_else(|error| panic!("{question}: {error}")).p(true).unwrap(),
                 expected / 9.0,
             );
