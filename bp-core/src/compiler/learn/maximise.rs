@@ -25,8 +25,9 @@ use std::collections::BTreeSet;
 /// Number of halvings of a step that lowers the likelihood.
 const MOST_HALVINGS: usize = 12;
 
-/// The share of its limit from which on a mean is at it.
-const AT_LIMIT: f64 = 0.999;
+/// The share of its limit from which on a mean is reported to be at it: ln L rises so little there that the iteration may rest
+/// before the limit itself.
+const AT_LIMIT: f64 = 0.01;
 
 /// Relative rounding error of a sum of logarithms.
 const ROUNDING: f64 = 1e-13;
