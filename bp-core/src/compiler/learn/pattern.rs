@@ -2,12 +2,14 @@
 //!
 //! In: which slots are observed. Out: the families that count, those fully observed and those with hidden slots, and a
 //! tree of cliques for the hidden slots. Invariant: a family whose left-hand slots are missing, and on which no observed
-//! variable depends, sums to one: it is omitted.
+//! variable depends, sums to one, unless it may leave its variable without a value: it is omitted.
 
 use super::cliques::Cliques;
 use super::program::Program;
 use super::terms::Index;
+use crate::equation::is_proper;
 use crate::error::Error;
+use crate::model::Form;
 
 /// Limit of the joint values of the hidden slots of one clique.
 const MOST_VALUES: usize = 1 << 16;
@@ -39,10 +41,14 @@ impl Pattern {
             let message = "it is missing, but the program is repeated over it";
             return Err(Error::input(&program.slots[index].name, message));
         }
-        // From the children up: a variable on which nothing observed depends sums to one.
+        // From the children up: a variable on which nothing observed depends sums to one, unless it may have no value.
         let (mut needed, mut kept) = (shown.to_vec(), Vec::new());
         for (number, family) in program.families.iter().enumerate().rev() {
-            if family.instance.left.iter().any(|slot| needed[*slot]) {
+            let factor = family.instance.factor;
+            let is_finite = family.instance.left.iter().all(|slot| program.slots[*slot].count.is_some());
+            let is_learned = matches!(program.model.factors[factor].form, Form::Unknown(_));
+            let may_have_no_value = is_finite && !is_learned && !is_proper(&program.model, factor);
+            if may_have_no_value || family.instance.left.iter().any(|slot| needed[*slot]) {
                 family.slots.iter().for_each(|slot| needed[*slot] = true);
                 kept.push(number);
             }
@@ -62,6 +68,16 @@ impl Pattern {
                      values can be listed may be hidden"
                 );
                 return Err(Error::input(&slot.name, message));
+            }
+            let form = &program.model.factors[family.instance.factor].form;
+            let is_real = family.instance.left.iter().any(|slot| program.slots[*slot].count.is_none());
+            if !hidden.is_empty() && is_real && form.has_point() && form.has_density() {
+                let head = program.head(family.instance.factor);
+                let message = format!(
+                    "it is missing in some cases, but `{head}` has a point for some of its values and a density for others, \
+                     which cannot be weighed against each other"
+                );
+                return Err(Error::input(&program.slots[hidden[0]].name, message));
             }
             match hidden.is_empty() {
                 true => pattern.seen.push(number),
