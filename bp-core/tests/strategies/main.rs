@@ -23,6 +23,7 @@ mod kalman;
 mod kalman_families;
 mod many_parents;
 mod mixtures;
+mod no_value;
 mod normal_laws;
 mod normal_vectors;
 mod particles;

@@ -10,6 +10,6 @@ mod relevance;
 mod scope;
 
 pub(crate) use linear::{Admitted, is_linear_form, is_linear_in};
-pub(crate) use proper::{is_proper, is_truth};
+pub(crate) use proper::{is_proper, is_truth, may_have_no_value};
 pub(crate) use relevance::{ancestral_factors, carried, reached, relevant_factors, relevant_variables};
 pub(crate) use scope::{Scope, of_expression, of_factor, of_form};

@@ -4,7 +4,7 @@
 //! the parents; a negative one may only mean that the structure does not show it.
 
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::law::Law;
+use crate::law::{Law, Support};
 use crate::model::{Domain, Expression, Folded, Form, Model};
 use crate::operators::{Binary, Unary};
 
@@ -31,8 +31,9 @@ fn proper_form(model: &Model, form: &Form, left: VariableId) -> bool {
             !model.plate.is_some_and(|plate| *domain == Domain::Set(plate.set))
                 && some_is_positive(model, *weight, left)
         }
-        // Outside its support a law cannot be normalised.
-        Form::Law { law, .. } => matches!(domain, Domain::Real) || *law == Law::Normal,
+        Form::Law { law, arguments } => {
+            matches!(domain, Domain::Real) || has_value(model, *law, arguments, domain)
+        }
         Form::Truncated { .. } => matches!(domain, Domain::Real),
         Form::Unknown(_) | Form::Flat | Form::HalfFlat => false,
         // An impossible context has a row of zeros.
@@ -49,6 +50,30 @@ fn proper_form(model: &Model, form: &Form, left: VariableId) -> bool {
         }
         _ => true,
     }
+}
+
+/// Whether a domain of whole numbers has a value in the support of a law, whatever the parameters: outside of it a law cannot be
+/// normalised.
+fn has_value(model: &Model, law: Law, arguments: &[ExpressionId], domain: &Domain) -> bool {
+    match (law.support(), domain.whole_bounds()) {
+        (Support::Reals, _) => law != Law::Uniform,
+        (Support::Positive, Some([_, last])) => last > 0.0,
+        // Of a binomial distribution with probability 1 the number of trials is the only value.
+        (Support::Counts, Some([first, last])) => {
+            let fits = || model.whole_bounds(arguments[0]).is_some_and(|[_, trials]| trials <= last);
+            first <= 0.0 && last >= 0.0 && (law != Law::Binomial || fits())
+        }
+        _ => false,
+    }
+}
+
+/// Whether a factor may leave its finite variable without a value, which excludes values of its parents. Over a plate an answer
+/// is of one element, and what the others exclude is none of it.
+pub(crate) fn may_have_no_value(model: &Model, id: FactorId) -> bool {
+    let factor = &model.factors[id];
+    let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
+    let is_unknown = matches!(factor.form, Form::Unknown(_));
+    finite && !is_unknown && model.plate.is_none() && !is_proper(model, id)
 }
 
 /// Upper limit on the values for which a weight is computed.

@@ -1,9 +1,10 @@
 //! The variables and factors that matter for a question.
 //!
-//! In: asks with the same known variables. Out: the searched and the known variables with their ancestors, and the factors that
-//! distribute them. Invariant: all other variables are barren: the sum of their factors is one, unless a factor is improper
-//! ([`is_proper`](super::is_proper)).
+//! In: asks with the same known variables. Out: the searched and the known variables, those that may have no value
+//! ([`may_have_no_value`]), and the ancestors of all these, with the factors that distribute them. Invariant: all other variables
+//! are barren: the sum of their factors is one.
 
+use super::proper::may_have_no_value;
 use super::scope::of_form;
 use crate::ids::{FactorId, Id, VariableId};
 use crate::model::{Ask, Model};
@@ -30,16 +31,16 @@ pub(crate) fn carried(model: &Model) -> Vec<(VariableId, VariableId)> {
     model.variables.iter().filter_map(|(id, variable)| Some((variable.previous_of?, id))).collect()
 }
 
-/// The searched and the known variables of some asks, and their ancestors, now and before.
+/// The searched and the known variables of some asks, those that may have no value, and their ancestors, now and before.
 pub(crate) fn relevant_variables(model: &Model, asks: &[Ask]) -> BTreeSet<VariableId> {
     let before = |id: VariableId| model.variables[id].previous_of;
-    let found = ancestors(model, named(asks), before);
+    let found = ancestors(model, named(model, asks), before);
     model.variables.ids().filter(|id| found[id.position()]).collect()
 }
 
-/// The factors that distribute the searched and the known variables of some asks, and their ancestors, in the order of the model.
+/// The factors that distribute these variables, but for those before, in the order of the model.
 pub(crate) fn relevant_factors(model: &Model, asks: &[Ask]) -> Vec<FactorId> {
-    ancestral_factors(model, named(asks)).into_iter().collect()
+    ancestral_factors(model, named(model, asks)).into_iter().collect()
 }
 
 /// The factors that distribute some variables and their ancestors.
@@ -56,9 +57,12 @@ pub(crate) fn ancestral_factors(
         .collect()
 }
 
-fn named(asks: &[Ask]) -> impl Iterator<Item = VariableId> {
+/// The searched and the known variables, and those that may have no value.
+fn named(model: &Model, asks: &[Ask]) -> impl Iterator<Item = VariableId> {
     let searched = asks.iter().flat_map(|ask| &ask.searched).map(|item| item.variable);
-    searched.chain(asks[0].known.iter().map(|known| known.variable))
+    let improper = model.factors.ids().filter(|id| may_have_no_value(model, *id));
+    let improper = improper.flat_map(|id| &model.factors[id].left).map(|use_| use_.variable);
+    searched.chain(asks[0].known.iter().map(|known| known.variable)).chain(improper)
 }
 
 fn ancestors(

@@ -7,7 +7,7 @@
 use super::cliques::Cliques;
 use super::program::Program;
 use super::terms::Index;
-use crate::equation::is_proper;
+use crate::analysis::is_proper;
 use crate::error::Error;
 use crate::model::Form;
 

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Form, Model};
 use crate::strategies::over_time::{self, By, OverTime};
-use crate::strategies::weighting::{has_point, refused_factor};
+use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Route, Turn, refused};
 use std::collections::BTreeSet;
 
@@ -52,7 +52,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
             continue;
         }
         match known.contains(&id) {
-            true if has_point(form) => {
+            true if form.has_point() => {
                 return Some(format!("`{}` is observed, and has a `dirac` form", name(id)));
             }
             false if !is_dirac(form) => {

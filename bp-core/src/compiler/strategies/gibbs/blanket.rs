@@ -16,7 +16,7 @@ use crate::law::Law;
 use crate::model::Form;
 use crate::random::Random;
 use crate::sample::Observations;
-use crate::strategies::weighting::{Step, draw_or_weigh, has_point, solve};
+use crate::strategies::weighting::{Step, draw_or_weigh, solve};
 use std::collections::BTreeSet;
 
 /// One term of the joint density, or one deterministic assignment.
@@ -263,7 +263,7 @@ impl<'s> Blankets<'s> {
         self.nodes.iter().enumerate().find_map(|(position, node)| {
             let Node::Weighed(instance) = node else { return None };
             let observed = |slot: &usize| !self.observations.values[*slot].is_nan();
-            let is_dirac = has_point(&self.setting.model.factors[instance.factor].form);
+            let is_dirac = self.setting.model.factors[instance.factor].form.has_point();
             let sites = self.sites.iter().filter(|site| site.blanket.contains(&position));
             let left = &self.setting.model.variables[self.setting.variable_of(instance.left[0])];
             let leaves_room = left.domain.is_finite() && sites.clone().all(|site| site.count.is_none());

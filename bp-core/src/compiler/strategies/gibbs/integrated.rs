@@ -4,10 +4,10 @@
 //! form of theirs, and every form that reads them and matters for the observations, is normal or a Dirac with a mean that is linear
 //! in them, or flat; coefficients, deviations and conditions may depend on the others in any way.
 
-use crate::analysis::{Scope, ancestral_factors, is_linear_in, is_proper, of_form};
+use crate::analysis::{Scope, ancestral_factors, is_linear_in, may_have_no_value, of_form};
 use crate::ids::{FactorId, VariableId};
 use crate::model::{Form, Model};
-use crate::strategies::weighting::{Treatment, excludes, has_point};
+use crate::strategies::weighting::Treatment;
 
 /// The variables that are linear and Gaussian given the others; `known` are those with observations.
 pub(crate) fn integrated(
@@ -36,13 +36,13 @@ pub(crate) fn integrated(
     }
     // A Dirac alone integrates nothing.
     let has_noise =
-        |id: &VariableId| model.factor_of(*id).is_some_and(|own| !has_point(&model.factors[own].form));
+        |id: &VariableId| model.factor_of(*id).is_some_and(|own| !model.factors[own].form.has_point());
     if scope.iter().any(has_noise) { scope.into_iter().collect() } else { Vec::new() }
 }
 
 /// Whether a factor says nothing of its parents as long as its left-hand side is not observed.
 pub(super) fn may_follow(model: &Model, factor: FactorId) -> bool {
-    is_proper(model, factor) || !has_point(&model.factors[factor].form) && !excludes(model, factor)
+    !may_have_no_value(model, factor)
 }
 
 fn left(model: &Model, factor: FactorId) -> impl Iterator<Item = VariableId> {
@@ -61,7 +61,7 @@ fn violator(model: &Model, id: FactorId, observed: &[VariableId], scope: &Scope)
     }
     let own = || is_own.then_some(left);
     let is_single = factor.left.len() == 1 && !model.variables[left].domain.is_finite();
-    let is_plain = !has_point(&factor.form) || matches!(factor.form, Form::Dirac(_)) && is_own;
+    let is_plain = !factor.form.has_point() || matches!(factor.form, Form::Dirac(_)) && is_own;
     if !is_single || !is_plain || chooses_labels(model, id, observed) {
         return used.first().copied().or_else(own);
     }

@@ -10,7 +10,7 @@ use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Known, Model, When};
 use crate::strategies::chain;
 use crate::strategies::over_time::{self, By, OverTime};
-use crate::strategies::weighting::{has_point, refused_factor};
+use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Route, Turn, refused};
 
 /// The strategy.
@@ -61,7 +61,7 @@ fn never_met(model: &Model, ask: &Ask, linear: &[VariableId]) -> Option<String> 
         let form = model.factor_of(known.variable).map(|factor| &model.factors[factor].form);
         !variable.domain.is_finite()
             && variable.derived.is_none()
-            && form.is_some_and(has_point)
+            && form.is_some_and(|form| form.has_point())
             && reads_drawn(known.variable)
     };
     let name = model.variable_name(ask.known.iter().find(is_exact)?.variable);

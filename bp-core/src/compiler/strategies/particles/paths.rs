@@ -15,7 +15,6 @@ use crate::distribution::Instance;
 use crate::error::Error;
 use crate::ids::Id;
 use crate::sample::{Draws, Streams};
-use crate::strategies::weighting::has_point;
 use rand::RngExt;
 use rayon::prelude::*;
 
@@ -124,7 +123,7 @@ impl Moves<'_> {
         let end = |path: usize| ends.at((path as f64 + uniform) / count as f64);
         let mut chosen = vec![(0..count).map(end).collect::<Vec<usize>>()];
         let moving = self.moving();
-        let refreshed = !moving.iter().any(|it| has_point(&self.setting.model.factors[it.factor].form));
+        let refreshed = !moving.iter().any(|it| self.setting.model.factors[it.factor].form.has_point());
         for instant in (0..last).rev() {
             let (later, weights) =
                 (&chosen[chosen.len() - 1], Chooser::of(&paths.instants[instant].ln_weights));

@@ -11,6 +11,6 @@ mod refusal;
 
 pub(crate) use answer::{FEW, part, rows};
 pub(crate) use draw::{Step, contexts, draw_or_weigh, instances, solve, weigh};
-pub(crate) use offer::{Engine, drawn, excludes, has_point};
+pub(crate) use offer::{Engine, drawn};
 pub use offer::{Sampled, Treatment};
 pub(crate) use refusal::refused_factor;

@@ -10,7 +10,7 @@
 
 use super::preferred::{is_long, moves_reals};
 use super::refusal::{refused_ask, refused_factor};
-use crate::analysis::{ancestral_factors, is_proper, of_form, relevant_factors};
+use crate::analysis::{of_form, relevant_factors};
 use crate::equation::{Group, Line, Notation, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
@@ -18,7 +18,7 @@ use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_o
 use crate::strategies::conjugate::{Conjugate, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::HashSet;
 
 /// The treatment of a factor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -86,7 +86,7 @@ fn offer(
     }
     let observed: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(&known.evidence)).map(|known| known.variable).collect();
-    let factors = with_improper(model, relevant_factors(model, &asks));
+    let factors = relevant_factors(model, &asks);
     // A vector that is distributed as a whole has no kernel, even where it is observed.
     let hidden_real = |id: &FactorId| {
         let left = &model.factors[*id].left;
@@ -186,31 +186,6 @@ fn is_hard(evidence: &Finding) -> bool {
     matches!(evidence, Finding::Hard(_) | Finding::Each)
 }
 
-/// Whether a factor has weights that may all be 0, which exclude values of its parents.
-pub(crate) fn excludes(model: &Model, id: FactorId) -> bool {
-    let factor = &model.factors[id];
-    let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
-    let weighs = matches!(factor.form, Form::Weights(_) | Form::If { .. }) && !has_point(&factor.form);
-    finite && !is_proper(model, id) && weighs && model.plate.is_none()
-}
-
-/// The same with the weights that may all be 0, which exclude values of their parents, and the ancestors of these.
-fn with_improper(model: &Model, factors: Vec<FactorId>) -> Vec<FactorId> {
-    let mut wanted: BTreeSet<FactorId> = factors.into_iter().collect();
-    let is_more = |id: &FactorId| excludes(model, *id) && !wanted.contains(id);
-    let more: Vec<FactorId> = model.factors.ids().filter(is_more).collect();
-    let variables = more.iter().flat_map(|id| &model.factors[*id].left).map(|use_| use_.variable);
-    wanted.extend(ancestral_factors(model, variables));
-    wanted.into_iter().collect()
-}
-
-/// Whether a form or a part of it is a Dirac.
-pub(crate) fn has_point(form: &Form) -> bool {
-    let mut found = matches!(form, Form::Dirac(_));
-    form.each_part(&mut |part| found |= has_point(part));
-    found
-}
-
 /// Orders the factors so that each comes after those that it needs.
 fn steps(
     model: &Model,
@@ -221,7 +196,7 @@ fn steps(
     for id in factors {
         let factor = &model.factors[*id];
         let left = factor.left[0].variable;
-        if model.variables[left].domain.is_finite() || !observed.contains(&left) || !has_point(&factor.form) {
+        if model.variables[left].domain.is_finite() || !observed.contains(&left) || !factor.form.has_point() {
             continue;
         }
         // The component itself is observed.
@@ -239,7 +214,7 @@ fn steps(
                 && model.variables[of.left[0].variable].domain == Domain::Real
                 && model.variables[of.left[0].variable].family.is_none()
                 && of.products.is_empty()
-                && !has_point(&of.form)
+                && !of.form.has_point()
                 && solved.iter().all(|(taken, _)| taken != candidate)
         };
         let parent = factors.iter().copied().filter(free).find(|candidate| {

@@ -1,0 +1,77 @@
+//! Variables that may have no value: where a sum leaves its range, or all weights are 0, the parents' values are impossible.
+//!
+//! In: programs with such a variable, which is neither searched nor known. Out: answers of every strategy. Invariant: expected values
+//! are sums over all dice and closed forms, in the comments; every way to ask gives the same.
+
+use crate::support::{model_of, question};
+use bp_core::compiler::answer::{Answer, Figure, ask, compile_by};
+use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::plan::Strategy;
+use bp_core::compiler::sample::Sampling;
+
+fn asked(program: &str, text: &str) -> Answer {
+    let model = model_of(program);
+    ask(&model, &question(&model, text), &Inputs::new()).unwrap_or_else(|error| panic!("{error}")).remove(0)
+}
+
+fn figures(answer: &Answer) -> Vec<f64> {
+    answer.answer.iter().map(|row| row.figure.number().unwrap()).collect()
+}
+
+#[track_caller]
+fn near(found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
+    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= tolerance);
+    assert!(all, "{found:?}, expected {expected:?}");
+}
+
+/// Two dice whose sum is at most 7: A = a has 7 − a of the 21 pairs.
+const DICE: &str = "program Dice { variables { A, B : 1..=6; S : 2..=7; X, Y : real; }
+    decomposition { P(A) P(B) P(S | A B) P(X | A) P(Y | X) }
+    forms { P(A) = uniform; P(B) = uniform; P(S | A B) = dirac(A + B); P(X | A) = normal(A, 1); P(Y | X) = normal(X, 1); } }";
+
+#[test]
+fn mixtures_know_what_has_no_value() {
+    // P(a | y) ∝ (7 − a) exp(−(6 − a)² / 4), and P(y) = Σ (7 − a) / 36 · N(6; a, √2).
+    let weight = |a: f64| (7.0 - a) * (-(6.0 - a).powi(2) / 4.0).exp();
+    let total: f64 = (1..=6).map(|a| weight(f64::from(a))).sum();
+    let expected: Vec<f64> = (1..=6).map(|a| weight(f64::from(a)) / total).collect();
+    let found = asked(DICE, "P(A | Y = 6)");
+    near(&figures(&found), &expected, 1e-12);
+    let ln = (total / 36.0 / (2.0 * std::f64::consts::TAU).sqrt()).ln();
+    assert!((found.ln_evidence.unwrap() - ln).abs() < 1e-12, "{:?} {ln}", found.ln_evidence);
+    // E X = Σ a (7 − a) / 21 = 56 / 21.
+    near(&figures(&asked(DICE, "expectation P(X)")), &[56.0 / 21.0], 1e-12);
+    // Evidence that says nothing changes nothing.
+    near(&figures(&asked(DICE, "P(A | Y = 6, S virtual [1, 1, 1, 1, 1, 1])")), &expected, 1e-12);
+}
+
+#[test]
+fn draws_know_what_has_no_value() {
+    let program = "program D { variables { Y : bool; N : 0..=2; R : real; } decomposition { P(Y) P(N | Y) P(R | Y) }
+        forms { P(Y) = bernoulli(0.5); P(N | Y) = dirac(if Y { 1 } else { 5 }); P(R | Y) = normal(if Y { 1 } else { 0 }, 1); } }";
+    let model = model_of(program);
+    for by in [Strategy::Weighting, Strategy::Gibbs, Strategy::Sums] {
+        let compiled = compile_by(&model, &question(&model, "P(Y | R = 0)"), Some(by)).unwrap();
+        let answers = compiled.ask_with(&Inputs::new(), Sampling { particles: 2000, seed: 1 }).unwrap();
+        near(&figures(&answers[0]), &[0.0, 1.0], 1e-12);
+    }
+}
+
+#[test]
+fn conjugate_answers_know_what_has_no_value() {
+    // K is true: T ~ beta(3, 2).
+    let program = "program D { variables { T : real; K : bool; X : 0..=2; J : bool; } decomposition { P(T) P(K | T) P(X | K) P(J | T) }
+        forms { P(T) = beta(2, 2); P(K | T) = bernoulli(T); P(X | K) = weights(if K { 1 } else { 0 }); P(J | T) = bernoulli(T); } }";
+    for (text, expected) in [("P(K)", [0.0, 1.0]), ("P(J)", [0.4, 0.6])] {
+        near(&figures(&asked(program, text)), &expected, 0.01);
+    }
+    let found = asked(program, "expectation P(T)");
+    let Figure::Expectation { expectation, .. } = found.answer[0].figure else { panic!("{found:?}") };
+    assert!((expectation - 0.6).abs() < 0.01, "{expectation}");
+    // A count over a range with 0 always has a value: the answer stays exact.
+    let program = "program D { variables { L : real; N : 0..=20; K : 0..=5; Y : real; } decomposition { P(L) P(N | L) P(K) P(Y | L) }
+        forms { P(L) = gamma(2, 3); P(N | L) = poisson(L); P(K) = binomial(5, 0.3); P(Y | L) = exponential(L); } }";
+    let found = asked(program, "P(L | Y = 1)");
+    assert!(matches!(found.answer[0].figure, Figure::Law { .. }), "{found:?}");
+}
