@@ -176,7 +176,7 @@ fn strategies_agree_on_every_declared_question() {
                     Ok(found) => found,
                     // Few draws may all miss the evidence.
                     Err(Error::Unmet { .. }) if !strategy.is_exact() => continue,
-                    Err(Error::Refused { .. } | Error::Unplanned { .. }) => continue,
+                    Err(Error::Refused { .. } | Error::Unplanned { .. } | Error::TooLarge { .. }) => continue,
                     Err(error) => panic!("{label} by {}: {error}", strategy.name()),
                 };
                 assert_eq!(found.len(), asked.answers.len(), "{label} by {}", strategy.name());
@@ -221,11 +221,12 @@ fn the_command_prints_the_numbers_of_the_library() {
             let label = format!("{}: {name}", path.display());
             assert!(output.status.success(), "{label}: {}", String::from_utf8_lossy(&output.stderr));
             let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-            // A single answer is an object, several are a list.
+            // A single answer is an object, several are a list; read back, as the output of the command is.
             let expected = match asked.answers.as_slice() {
-                [one] => serde_json::to_value(one).unwrap(),
-                all => serde_json::to_value(all).unwrap(),
+                [one] => serde_json::to_string(one).unwrap(),
+                all => serde_json::to_string(all).unwrap(),
             };
+            let expected: serde_json::Value = serde_json::from_str(&expected).unwrap();
             assert_eq!(found, expected, "{label}");
             count += 1;
         }
