@@ -16,7 +16,7 @@ const DRAWS: usize = 2000;
 
 /// The most products that a strategy may sum to take part, and that the accepted one may sum where draws are compared with it:
 /// a large table would have few draws in each row, and take minutes.
-const MOST_PRODUCTS: [f64; 2] = [2e5, 2e4];
+const MOST_PRODUCTS: [f64; 2] = [2e5, 1e3];
 
 /// A declared question, ready to be asked.
 struct Asked {
