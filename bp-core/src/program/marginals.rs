@@ -101,6 +101,18 @@ impl Names<'_> {
             if self.program.opened.known.iter().any(|known| known.variable == variable) {
                 return Err(Error::input(name, "it is a potential, which is not observed"));
             }
+            let is_vector = matches!(model.variables[variable].domain, Domain::Vector(_));
+            if let (true, Some(component)) = (is_vector, element)
+                && !matches!(value, Value::Likelihood(_))
+            {
+                let model::Value::Real(number) = self.value(variable, name, value)? else {
+                    return Err(Error::input(name, format!("`{value}` is not a number")));
+                };
+                if !all.know_component(variable, (component, number), slots.len()) {
+                    return Err(Error::input(name, format!("`{name}` is known twice")));
+                }
+                continue;
+            }
             if all.holds(variable, element) {
                 return Err(Error::input(name, format!("`{name}` is known twice")));
             }
@@ -121,7 +133,6 @@ impl Names<'_> {
                 });
                 continue;
             }
-            let is_vector = matches!(model.variables[variable].domain, Domain::Vector(_));
             if let (true, None, Value::List(numbers)) = (is_vector, element, value)
                 && numbers.len() == slots.len()
             {

@@ -34,6 +34,7 @@ impl Posterior {
             PartLaw::Normal { mean, .. } => [mean[0], 0.0],
             PartLaw::Mixture(mixture) => [mixture.mean(0), 0.0],
             PartLaw::ConditionalGaussian(_) => return Err(self.lookup(BOTH.to_owned())),
+            PartLaw::NamedMixture(mixture) => [mixture.mean(0), 0.0],
             PartLaw::Laws { laws, .. } => [laws[0].mean(), 0.0],
             PartLaw::Finite(numbers) => [weighted(numbers, &self.numbers_of(slot)?), 0.0],
             PartLaw::Draws(draws, drawn) => match &drawn[0] {
@@ -69,6 +70,7 @@ impl Posterior {
             PartLaw::Normal { covariance, .. } => covariance[0],
             PartLaw::Mixture(mixture) => mixture.covariance(0, 0),
             PartLaw::ConditionalGaussian(_) => return Err(self.lookup(BOTH.to_owned())),
+            PartLaw::NamedMixture(mixture) => mixture.covariance(0, 0),
             PartLaw::Laws { laws, .. } => laws[0].variance(),
             PartLaw::Finite(numbers) => {
                 let squares: Vec<f64> =
@@ -112,6 +114,7 @@ impl Posterior {
         match &part.law {
             PartLaw::Normal { mean, covariance } => Ok(covariance[one * mean.len() + other]),
             PartLaw::Mixture(mixture) => Ok(mixture.covariance(one, other)),
+            PartLaw::NamedMixture(mixture) => Ok(mixture.covariance(one, other)),
             PartLaw::ConditionalGaussian(law) => Ok(law.covariance(&part.of, [one, other], &numbers)),
             PartLaw::Laws { laws, covariance } => Ok(covariance[one * laws.len() + other]),
             PartLaw::Finite(_) => {

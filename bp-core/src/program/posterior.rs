@@ -103,14 +103,18 @@ impl Posterior {
             };
             return Err(self.lookup(format!("found {found} values, but {expected}")));
         }
-        if let PartLaw::Laws { laws, .. } = &part.law
-            && laws.len() > 1
+        if let PartLaw::Laws { .. } | PartLaw::NamedMixture(_) = &part.law
+            && part.of.len() > 1
         {
             return Err(self.lookup(
                 "the density of several unknowns together is not known here: ask for one".to_owned(),
             ));
         }
-        if let PartLaw::Normal { .. } | PartLaw::Mixture(_) | PartLaw::Laws { .. } = &part.law {
+        if let PartLaw::Normal { .. }
+        | PartLaw::Mixture(_)
+        | PartLaw::NamedMixture(_)
+        | PartLaw::Laws { .. } = &part.law
+        {
             let at: Option<Vec<f64>> = values.iter().map(|value| value.as_f64()).collect();
             let at = at.ok_or_else(|| self.lookup(format!("`{value}` is not a number; look up a real")))?;
             return Ok([part.law.density(&at), 0.0]);
@@ -150,6 +154,7 @@ impl Posterior {
             }
             PartLaw::Normal { .. }
             | PartLaw::Mixture(_)
+            | PartLaw::NamedMixture(_)
             | PartLaw::Laws { .. }
             | PartLaw::ConditionalGaussian(_) => [part.law.density(&[]), 0.0],
         })

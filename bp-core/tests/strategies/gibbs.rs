@@ -63,7 +63,8 @@ fn an_unlikely_coin_is_beta_distributed() {
     assert!(weighed.estimate.unwrap().effective < 50.0);
     let answer = asked(&model, "P(Bias | Heads = 40)", 20_000);
     let estimate = answer.estimate.clone().unwrap();
-    assert!(estimate.effective > 1000.0 && estimate.particles == 16_000, "{estimate:?}");
+    // At most four fifths of the draws: chains end once 10 000 are effective.
+    assert!(estimate.effective > 1000.0 && estimate.particles <= 16_000, "{estimate:?}");
     assert_eq!((estimate.warning, answer.ln_evidence), (None, None));
     let (mean, deviation, quantiles) = real(&answer, "Bias");
     within(mean, 41.0 / 81.0);

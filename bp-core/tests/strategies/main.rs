@@ -34,9 +34,11 @@ mod predicates;
 mod programs;
 mod recursions;
 mod reference_posteriors;
+mod regressions;
 mod rows;
 mod shared;
 mod sizes;
+mod summed;
 #[path = "../support/mod.rs"]
 mod support;
 mod weighting;

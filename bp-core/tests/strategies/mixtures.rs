@@ -127,6 +127,36 @@ fn entropy_mode_and_draws_of_a_mixture() {
     near(above, 0.7 * 0.022_750_131_948 + 0.3 * 0.977_249_868_052, 4.0 * (0.31f64 * 0.69 / 4000.0).sqrt());
 }
 
+/// The same asked together with its label: the entropy is that of the label and the mean of those of the components; the largest
+/// product of probability and density is 0.7/√(2π), at 0.
+#[test]
+fn entropy_and_mode_of_a_label_and_a_real() {
+    let model = model_of(
+        "program Two { variables { K : bool; X, Y : real; } decomposition { P(K) P(X | K) P(Y | X) }
+         forms { P(K) = bernoulli(0.3); P(X | K) = normal(if K { 3 } else { 0 }, if K { 0.5 } else { 1 });
+                 P(Y | X) = normal(X, 2); } }",
+    );
+    let normal = |variance: f64| 0.5 * (std::f64::consts::TAU * variance).ln() + 0.5;
+    let label = -0.7 * 0.7f64.ln() - 0.3 * 0.3f64.ln();
+    let number = |text: &str| answer(&model, text).answer[0].figure.number().unwrap();
+    near(number("entropy P(K, X)"), label + 0.7 * normal(1.0) + 0.3 * normal(0.25), 1e-13);
+    // Of X and Y given K the determinant of the covariance is s² · 4.
+    let both = label + 0.7 * (normal(1.0) + normal(4.0)) + 0.3 * (normal(0.25) + normal(4.0));
+    near(number("entropy P(X, K, Y)"), both, 1e-13);
+    let mode = answer(&model, "argmax P(X, K)");
+    let named: Vec<(&str, &str)> =
+        mode.answer[0].values.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
+    assert_eq!(named, [("X", "0"), ("K", "false")]);
+    near(number("max P(X, K)"), 0.7 / std::f64::consts::TAU.sqrt(), 1e-14);
+    let draws = answer(&model, "draw(4000) P(K, X)");
+    let far = |row: &&bp_core::compiler::answer::Row| row.values[0].1 == "true";
+    let labelled: Vec<f64> =
+        draws.answer.iter().filter(far).map(|row| row.values[1].1.parse().unwrap()).collect();
+    near(labelled.len() as f64 / 4000.0, 0.3, 4.0 * (0.21f64 / 4000.0).sqrt());
+    let mean = labelled.iter().sum::<f64>() / labelled.len() as f64;
+    near(mean, 3.0, 4.0 * 0.5 / (labelled.len() as f64).sqrt());
+}
+
 #[test]
 fn weights_sum_to_one_however_large_the_logarithm_of_the_evidence() {
     // X is observed: K decides nothing of Y = X + A + noise beyond it. A is uniform on 0..=3, so Y has the mean X + 1.5 and

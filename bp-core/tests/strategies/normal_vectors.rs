@@ -374,3 +374,27 @@ fn a_component_is_known_where_draws_answer() {
         assert!((found.p(true).unwrap() - p).abs() < 0.02, "{by}: {found}");
     }
 }
+
+/// Z = X + noise of variance 1. Given Z₀ = 1: X₁ has mean ¼ and variance 2 − ½²/2. Given both, with S = [[2, ½], [½, 3]], the means of X
+/// are Σ S⁻¹ z, S⁻¹ z = (2, 7/2)/(23/4).
+#[test]
+fn components_are_known_alone_in_marginals_and_in_cases() {
+    let program = Program::parse(
+        "program Pair { variables { X, Z : real[2]; } decomposition { P(X) P(Z | X) }
+         forms { P(X) = normal(0, [[1, 0.5], [0.5, 2]]); P(Z | X) = normal(X, 1); } }",
+    )
+    .unwrap();
+    let mut evidence = Evidence::new();
+    evidence.set("Z[0]", 1.0);
+    let second = program.marginals(&evidence).unwrap().of("X[1]").unwrap();
+    assert!((second.mean().unwrap() - 0.25).abs() < 1e-14);
+    assert!((second.variance().unwrap() - 1.875).abs() < 1e-14);
+    evidence.set("Z[1]", 2.0);
+    let first = program.marginals(&evidence).unwrap().of("X[0]").unwrap();
+    assert!((first.mean().unwrap() - 3.75 / 5.75).abs() < 1e-14);
+    let cases = Cases::new().column("Z[0]", ["1", "1"]).column("Z[1]", ["2", ""]);
+    let batch = program.batch(cases).unwrap();
+    let place = batch.columns.iter().position(|name| name == "X[1].mean").unwrap();
+    let means: Vec<f64> = batch.rows.iter().map(|row| row.as_ref().unwrap()[place]).collect();
+    assert!((means[0] - 8.0 / 5.75).abs() < 1e-14 && (means[1] - 0.25).abs() < 1e-14, "{means:?}");
+}

@@ -13,7 +13,7 @@ use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::learn::sizes;
-use bp_core::compiler::model::{DerivedKind, Model, Question};
+use bp_core::compiler::model::{DerivedKind, Domain, Model, Question};
 use bp_core::compiler::plan::{Options, Strategy};
 use bp_core::compiler::sample::Sampling;
 use bp_core::program::settings::Settings;
@@ -56,7 +56,7 @@ pub(crate) fn answers(
     Ok(answers)
 }
 
-/// The columns of an open variable: one, or one for each element of a family.
+/// The columns of an open variable: one, or one for each element of a family or component of a vector.
 type Columns<'m> = BTreeMap<VariableId, (Vec<usize>, Values<'m>)>;
 
 /// The missing values of a row.
@@ -80,7 +80,8 @@ fn columns<'m>(
     let mut columns = Columns::new();
     for id in open {
         let name = model.variable_name(id);
-        let names = match model.variables[id].family.is_some() {
+        let is_vector = matches!(model.variables[id].domain, Domain::Vector(_));
+        let names = match is_vector || model.variables[id].family.is_some() {
             true => {
                 let setting = Setting::new(model, given)?;
                 setting.slots_of(id).map(|slot| setting.slot_name(slot)).collect()

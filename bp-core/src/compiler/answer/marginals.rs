@@ -35,6 +35,29 @@ impl Knowledge {
             || self.elements.weighed.iter().any(|(id, at, _)| is_this(*id, *at))
     }
 
+    /// Knows a component of a vector of this length, whose other components may be unknown (NaN); false where it is known already.
+    pub(crate) fn know_component(
+        &mut self,
+        variable: VariableId,
+        (component, number): (usize, f64),
+        length: usize,
+    ) -> bool {
+        let own = self.known.iter_mut().find(|known| known.variable == variable);
+        match own.map(|known| &mut known.evidence) {
+            Some(Finding::Hard(Value::Vector(numbers))) if numbers[component].is_nan() => {
+                numbers[component] = number;
+                true
+            }
+            Some(_) => false,
+            None => {
+                let mut numbers = vec![f64::NAN; length];
+                numbers[component] = number;
+                self.known.push(Known { variable, evidence: Finding::Hard(Value::Vector(numbers)) });
+                true
+            }
+        }
+    }
+
     /// Whether there is no evidence.
     pub(crate) fn is_empty(&self) -> bool {
         self.known.is_empty() && self.elements.hard.is_empty() && self.elements.weighed.is_empty()

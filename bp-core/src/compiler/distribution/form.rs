@@ -59,7 +59,11 @@ impl Setting<'_> {
 
     /// ln of the probability of a binomial count all of whose values are in the domain, so that nothing is normalised.
     fn ln_count(&self, instance: &Instance, values: &[f64]) -> Result<Option<f64>, Error> {
-        let form = self.form_at(instance);
+        let mut form = self.form_at(instance);
+        while let Form::If { condition, then, otherwise } = form {
+            let condition = self.scope(instance, values).with_component(0).number(*condition);
+            form = if condition != 0.0 { then } else { otherwise };
+        }
         let (Form::Law { law: Law::Binomial, arguments }, [slot]) = (form, instance.left.as_slice()) else {
             return Ok(None);
         };

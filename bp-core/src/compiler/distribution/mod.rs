@@ -10,6 +10,7 @@
 mod affine;
 mod check;
 mod compared;
+mod compiled;
 mod contexts;
 mod dual;
 mod form;
@@ -20,11 +21,13 @@ mod number;
 mod order;
 mod reads;
 mod setting;
+mod tape;
 mod vector;
 mod written_out;
 mod zero;
 
 pub(crate) use affine::{LinearMean, has_square, no_square};
+pub(crate) use compiled::Densities;
 pub(crate) use contexts::Contexts;
 pub use least::Least;
 pub use setting::{Instance, Setting};

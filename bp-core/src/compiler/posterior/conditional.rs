@@ -7,7 +7,9 @@
 
 use super::mixture::{Mixture, density};
 use super::part::{PartLaw, Slot, ordinals};
+use crate::operators::entropy_term;
 use crate::radix;
+use rand::Rng;
 
 /// A distribution of finite slots and reals.
 #[derive(Clone, PartialEq, Debug)]
@@ -71,6 +73,47 @@ impl ConditionalGaussian {
     pub(crate) fn density(&self, values: &[usize], at: &[f64]) -> f64 {
         let own = self.values.iter().zip(&self.mixture.0).filter(|(own, _)| *own == values);
         own.map(|(_, own)| own.weight * density(&own.mean, &own.covariance, at)).sum()
+    }
+
+    /// The entropy in nats: that of the finite slots, and the mean of that of the reals given them, of which there is one, or one
+    /// component at each combination of values.
+    pub(crate) fn entropy(&self, of: &[Slot]) -> f64 {
+        let finite: Vec<Slot> = apart(of).0.into_iter().map(|place| of[place].clone()).collect();
+        let probabilities = self.probabilities(&finite);
+        let given = |(at, mixture): (usize, Mixture)| {
+            let inside = match mixture.0.as_slice() {
+                [only] => only.entropy(),
+                _ => mixture.of_slot(0).entropy(),
+            };
+            entropy_term(probabilities[at]) + probabilities[at] * inside
+        };
+        self.given_each(&finite).into_iter().map(given).sum()
+    }
+
+    /// The values of the finite slots and of the reals at which probability times density is largest, and this product; of reals as
+    /// in [`ConditionalGaussian::entropy`].
+    pub(crate) fn mode(&self, of: &[Slot]) -> (Vec<usize>, Vec<f64>, f64) {
+        let finite: Vec<Slot> = apart(of).0.into_iter().map(|place| of[place].clone()).collect();
+        let probabilities = self.probabilities(&finite);
+        let peak = |(at, mixture): (usize, Mixture)| {
+            let (reals, inside) = match mixture.0.as_slice() {
+                [only] => (only.mean.clone(), density(&only.mean, &only.covariance, &only.mean)),
+                _ => {
+                    let (x, inside) = mixture.of_slot(0).mode();
+                    (vec![x], inside)
+                }
+            };
+            (ordinals(&finite, at), reals, probabilities[at] * inside)
+        };
+        let mut peaks = self.given_each(&finite).into_iter().map(peak);
+        let first = peaks.next().expect("internal: a distribution has a possible value");
+        peaks.fold(first, |best, own| if own.2 > best.2 { own } else { best })
+    }
+
+    /// Values of the finite slots and of the reals drawn at random.
+    pub(crate) fn draw(&self, by: &mut impl Rng) -> (Vec<usize>, Vec<f64>) {
+        let place = self.mixture.choose(by);
+        (self.values[place].clone(), self.mixture.0[place].draw(by))
     }
 
     /// The covariance of two slots; `numbers` has the number of each value of a finite one.

@@ -56,6 +56,7 @@ fn matrices(part: &Part, first: &mut usize) -> Vec<Vec<Vec<f64>>> {
             vec![matrix(size, &|one, other| covariance[one * size + other])]
         }
         PartLaw::Mixture(mixture) => vec![matrix(size, &|one, other| mixture.covariance(one, other))],
+        PartLaw::NamedMixture(mixture) => vec![matrix(size, &|one, other| mixture.covariance(one, other))],
         PartLaw::ConditionalGaussian(law) => {
             let (finite, reals) = apart(&part.of);
             let finite: Vec<Slot> = finite.into_iter().map(|place| part.of[place].clone()).collect();

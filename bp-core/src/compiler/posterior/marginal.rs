@@ -29,6 +29,7 @@ impl Part {
                     .collect(),
             },
             PartLaw::Mixture(mixture) => PartLaw::Mixture(mixture.marginal(places)),
+            PartLaw::NamedMixture(mixture) => PartLaw::NamedMixture(mixture.marginal(places)),
             PartLaw::ConditionalGaussian(law) => law.marginal(&self.of, places),
             PartLaw::Draws(draws, drawn) => {
                 PartLaw::Draws(Arc::clone(draws), places.iter().map(|place| drawn[*place].clone()).collect())
@@ -108,6 +109,10 @@ impl Part {
             PartLaw::Laws { laws, .. } => {
                 let row = |(law, slot): (&NamedLaw, &Slot)| alone(slot, Figure::of_law(*law));
                 laws.iter().zip(&self.of).map(row).collect()
+            }
+            PartLaw::NamedMixture(mixture) => {
+                let row = |(place, slot): (usize, &Slot)| alone(slot, mixture.figure(place));
+                self.of.iter().enumerate().map(row).collect()
             }
             PartLaw::Mixture(mixture) => {
                 let row = |(place, slot): (usize, &Slot)| alone(slot, Figure::of_mixture(mixture, place));

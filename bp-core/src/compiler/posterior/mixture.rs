@@ -30,6 +30,17 @@ impl Component {
     }
 }
 
+impl Component {
+    /// The entropy in nats, ½ ln det(2πe Σ): −∞ where the distribution has no density.
+    pub(crate) fn entropy(&self) -> f64 {
+        let size = self.mean.len();
+        match DMatrix::from_row_slice(size, size, &self.covariance).cholesky() {
+            Some(root) => root.l().diagonal().map(f64::ln).sum() + 0.5 * size as f64 * (TAU.ln() + 1.0),
+            None => f64::NEG_INFINITY,
+        }
+    }
+}
+
 impl Mixture {
     /// The distribution of the slots at some positions.
     pub fn marginal(&self, places: &[usize]) -> Self {

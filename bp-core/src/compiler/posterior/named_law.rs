@@ -63,6 +63,11 @@ impl NamedLaw {
         self.law.draw(by, self.own())
     }
 
+    /// P(X ≤ x) and P(X > x), each accurate in its own tail.
+    pub(crate) fn tails(&self, x: f64) -> (f64, f64) {
+        self.law.tails(x, self.own())
+    }
+
     /// The probability between two reals, or ±∞, in the tail that is smaller.
     pub fn between(&self, low: f64, high: f64) -> f64 {
         let tails = |x: f64| match x.is_finite() {

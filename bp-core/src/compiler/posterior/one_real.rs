@@ -59,20 +59,24 @@ impl Mixture {
 
     /// Values of all slots drawn at random.
     pub(crate) fn draw(&self, by: &mut impl Rng) -> Vec<f64> {
+        self.0[self.choose(by)].draw(by)
+    }
+
+    /// The place of a component drawn at random.
+    pub(crate) fn choose(&self, by: &mut impl Rng) -> usize {
         let mut left: f64 = by.random();
-        let passed = |own: &&Component| {
+        let passed = |own: &Component| {
             left -= own.weight;
             left < 0.0
         };
-        let last = || self.0.iter().rfind(|own| own.weight > 0.0);
-        let own = self.0.iter().find(passed).or_else(last).expect("internal: a mixture has components");
-        own.draw(by)
+        let last = || self.0.iter().rposition(|own| own.weight > 0.0);
+        self.0.iter().position(passed).or_else(last).expect("internal: a mixture has components")
     }
 }
 
 impl Component {
     /// Values drawn from its normal distribution: slot by slot, given those before.
-    fn draw(&self, by: &mut impl Rng) -> Vec<f64> {
+    pub(crate) fn draw(&self, by: &mut impl Rng) -> Vec<f64> {
         let size = self.mean.len();
         let mut rest = self.covariance.clone();
         let mut values = self.mean.clone();

@@ -7,6 +7,7 @@
 use super::conditional::ConditionalGaussian;
 use super::mixture::{Mixture, density};
 use super::named_law::NamedLaw;
+use super::named_mixture::NamedMixture;
 use super::numbers::Numbers;
 use super::table::{Column, Table};
 use crate::distribution::Setting;
@@ -59,6 +60,8 @@ pub enum PartLaw {
         /// Covariances, row by row.
         covariance: Vec<f64>,
     },
+    /// A mixture of named laws.
+    NamedMixture(NamedMixture),
     /// A mixture of normal laws.
     Mixture(Mixture),
     /// Of finite slots and reals together.
@@ -75,6 +78,10 @@ impl PartLaw {
             PartLaw::Mixture(mixture) => mixture.density(at),
             PartLaw::Laws { laws, .. } => match (laws.as_slice(), at) {
                 ([law], [at]) => law.density(*at),
+                _ => f64::NAN,
+            },
+            PartLaw::NamedMixture(mixture) => match at {
+                [at] => mixture.density(0, *at),
                 _ => f64::NAN,
             },
             PartLaw::Finite(_) | PartLaw::ConditionalGaussian(_) | PartLaw::Draws(..) => 0.0,

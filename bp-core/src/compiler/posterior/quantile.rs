@@ -85,6 +85,7 @@ impl Part {
             }
             PartLaw::Laws { laws, .. } => exact(&|level| laws[0].quantile(level)),
             PartLaw::Mixture(mixture) => exact(&|level| mixture.quantile(0, level)),
+            PartLaw::NamedMixture(mixture) => exact(&|level| mixture.quantile(0, level)),
             PartLaw::Finite(numbers) => exact(&|level| of_finite(domain, numbers, level)),
             // A marginal of one slot is finite or a mixture.
             PartLaw::ConditionalGaussian(_) => exact(&|_| f64::NAN),

@@ -4,7 +4,7 @@
 //! together there are moments, quantiles, draws, and of independent laws the entropy.
 
 use super::one_real::{MOST_DISTINCT, OneReal};
-use super::part::{Part, PartLaw};
+use super::part::{Part, PartLaw, Slot};
 use super::quantile::figures;
 use super::{Figure, Row};
 use crate::error::Error;
@@ -82,7 +82,30 @@ impl Part {
             Ok((1..=count).map(|number| at(&draw(&mut random), Figure::Draw { draw: number })).collect())
         };
         let alone = self.of.len() == 1;
+        // Finite values and reals, in the order of the slots.
+        let together = |(finite, reals): (Vec<usize>, Vec<f64>), figure| {
+            let (mut finite, mut reals) = (finite.into_iter(), reals.into_iter());
+            let value = |slot: &Slot| match slot.count {
+                0 => exact(reals.next().unwrap_or(f64::NAN)),
+                _ => model.value_name(slot.variable, finite.next().unwrap_or(0)),
+            };
+            let values = self.of.iter().map(|slot| slot.name(model)).zip(self.of.iter().map(value));
+            Row { values: values.collect(), figure }
+        };
         match (&self.law, &ask.statistic) {
+            (PartLaw::ConditionalGaussian(law), Statistic::Draw(count)) => {
+                check_draws(|| model.ask_text(ask), *count as f64 * self.of.len() as f64)?;
+                let mut random = seeded(seed, &model.ask_text(ask));
+                Ok((1..=*count).map(|draw| together(law.draw(&mut random), Figure::Draw { draw })).collect())
+            }
+            (PartLaw::ConditionalGaussian(law), Statistic::Entropy) => {
+                let entropy = law.entropy(&self.of);
+                Ok(vec![Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } }])
+            }
+            (PartLaw::ConditionalGaussian(law), Statistic::Maximum | Statistic::Argmax { .. }) => {
+                let (finite, reals, density) = law.mode(&self.of);
+                Ok(vec![together((finite, reals), Figure::Density { density })])
+            }
             (PartLaw::Mixture(mixture), Statistic::Draw(count)) => {
                 draws(*count, &|random| mixture.draw(random))
             }
@@ -124,11 +147,13 @@ impl Part {
     fn moments_or_rows(&self, model: &Model, statistic: &Statistic) -> Vec<Row> {
         let [mean, variance]: [&dyn Fn(usize) -> f64; 2] = match &self.law {
             PartLaw::Mixture(of) => [&|place| of.mean(place), &|place| of.covariance(place, place)],
+            PartLaw::NamedMixture(of) => [&|place| of.mean(place), &|place| of.covariance(place, place)],
             PartLaw::Laws { laws, .. } => [&|place| laws[place].mean(), &|place| laws[place].variance()],
             _ => return self.rows(model),
         };
         let quantile = |place: usize, level: f64| match &self.law {
             PartLaw::Mixture(of) => of.quantile(place, level),
+            PartLaw::NamedMixture(of) => of.quantile(place, level),
             PartLaw::Laws { laws, .. } => laws[place].quantile(level),
             _ => f64::NAN,
         };

@@ -3,7 +3,7 @@
 //! In: an offer. Out: a [`Route`], which plans keep and tests inspect. Invariant: work on a route is done by its
 //! strategy; there is no other `match` over all routes.
 
-use super::conjugate::{Conjugate, Precision};
+use super::conjugate::{Conjugate, Precision, Summed};
 use super::gaussian::Gaussian;
 use super::join_tree::JoinTree;
 use super::mixture::Mixture;
@@ -25,6 +25,8 @@ pub enum Route {
     Conjugate(Conjugate),
     /// A precision with a conjugate prior, and what is linear and Gaussian given it.
     Precision(Precision),
+    /// Named posteriors of conjugate priors, given finite variables that are summed out.
+    Summed(Summed),
     /// A mixture of normal distributions.
     Mixture(Mixture),
     /// Estimates from draws, where there is no exact route.
@@ -42,6 +44,7 @@ impl Route {
             Route::Gaussian(gaussian) => gaussian,
             Route::Conjugate(conjugate) => conjugate,
             Route::Precision(precision) => precision,
+            Route::Summed(summed) => summed,
             Route::Mixture(mixture) => mixture,
             Route::Sampled(sampled) => sampled,
             Route::OverTime(over_time) => over_time,

@@ -129,6 +129,11 @@ fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<P
             let law = laws[0];
             (law.quantile(0.0005), law.quantile(0.9995), Box::new(move |x| law.density(x)))
         }
+        PartLaw::NamedMixture(mixture) => {
+            let mixture = mixture.clone();
+            let ends = [0.0005, 0.9995].map(|level| mixture.quantile(0, level));
+            (ends[0], ends[1], Box::new(move |x| mixture.density(0, x)))
+        }
         PartLaw::Mixture(mixture) => {
             let mixture = mixture.clone();
             let ends = [0.0005, 0.9995].map(|level| mixture.quantile(0, level));
@@ -189,6 +194,9 @@ fn summary(part: &Part) -> (Option<f64>, Option<(f64, f64)>) {
             (Some(laws[0].mean()), Some((laws[0].quantile(0.05), laws[0].quantile(0.95))))
         }
         PartLaw::Mixture(mixture) => {
+            (Some(mixture.mean(0)), Some((mixture.quantile(0, 0.05), mixture.quantile(0, 0.95))))
+        }
+        PartLaw::NamedMixture(mixture) => {
             (Some(mixture.mean(0)), Some((mixture.quantile(0, 0.05), mixture.quantile(0, 0.95))))
         }
         _ => (None, None),

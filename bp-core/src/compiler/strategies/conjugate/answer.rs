@@ -62,8 +62,7 @@ impl<'s> Posterior<'s> {
         ask: &Ask,
         values: Vec<f64>,
     ) -> Result<(Self, f64), Error> {
-        let mut posterior = Self::new(setting, of, values)?;
-        let ln_evidence = posterior.observe(of)?;
+        let (posterior, ln_evidence) = Self::at(setting, of, values)?;
         if ln_evidence == f64::NEG_INFINITY {
             let reason = setting.zero_factor_but(&posterior.plain(), &|slot| posterior.is_unknown[slot]);
             return Err(Error::Impossible(Impossible { question: setting.model.ask_text(ask), reason }));
@@ -71,6 +70,20 @@ impl<'s> Posterior<'s> {
         if !ln_evidence.is_finite() {
             return Err(setting.not_a_number(&setting.model.ask_text(ask), &posterior.values));
         }
+        Ok((posterior, ln_evidence))
+    }
+
+    /// The same, where their probability may be 0.
+    ///
+    /// # Errors
+    /// A number outside the range of a form.
+    pub(super) fn at(
+        setting: &'s Setting<'s>,
+        of: &Conjugate,
+        values: Vec<f64>,
+    ) -> Result<(Self, f64), Error> {
+        let mut posterior = Self::new(setting, of, values)?;
+        let ln_evidence = posterior.observe(of)?;
         Ok((posterior, ln_evidence))
     }
 
@@ -157,14 +170,18 @@ impl<'s> Posterior<'s> {
 
     /// The named distributions of some unknowns.
     fn unknowns(&self, ask: &Ask, ln_evidence: Option<f64>, seed: u64) -> Result<Answer, Error> {
-        let (setting, model) = (self.setting, self.setting.model);
+        of_laws(self.setting.model, ask, self.laws(ask), (ln_evidence, seed))
+    }
+
+    /// The slots that an ask searches, their distributions, and their covariances, row by row.
+    pub(super) fn laws(&self, ask: &Ask) -> (Vec<Slot>, Vec<NamedLaw>, Vec<f64>) {
+        let setting = self.setting;
         let mut places = Vec::new();
         for item in &ask.searched {
             let own = setting.slots_of(item.variable).zip(self.slots(item.variable));
             places.extend(own.map(|(named, slot)| (named, slot, self.first[&slot])));
         }
-        let laws: Vec<_> =
-            places.iter().map(|(_, slot, first)| self.unknowns[first].1.law(slot - first)).collect();
+        let laws = places.iter().map(|(_, slot, first)| self.unknowns[first].1.law(slot - first)).collect();
         let covariance = |(_, one, first): &(usize, usize, usize)| {
             let of = |(_, other, own): &(usize, usize, usize)| match own == first {
                 true => self.unknowns[first].1.covariance(one - first, other - first),
@@ -173,17 +190,18 @@ impl<'s> Posterior<'s> {
             places.iter().map(of).collect::<Vec<f64>>()
         };
         let covariance = places.iter().flat_map(covariance).collect();
-        let of = places.iter().map(|(named, ..)| Slot::of(setting, *named)).collect();
-        of_laws(model, ask, (of, laws, covariance), (ln_evidence, seed))
+        (places.iter().map(|(named, ..)| Slot::of(setting, *named)).collect(), laws, covariance)
+    }
+
+    /// The distribution of a slot of an unknown.
+    pub(super) fn law_of(&self, slot: usize) -> NamedLaw {
+        let first = self.first[&slot];
+        self.unknowns[&first].1.law(slot - first)
     }
 
     /// The probabilities that a predicate of one unknown does not hold and that it does.
     fn truth(&self, ask: &Ask, root: ExpressionId) -> Table {
-        let law = |slot: usize| {
-            let first = self.first[&slot];
-            self.unknowns[&first].1.law(slot - first)
-        };
-        truth(self.setting, ask, root, &law)
+        truth(self.setting, ask, root, &|slot| self.law_of(slot))
     }
 
     /// The distribution of a finite variable that is not observed.
@@ -230,6 +248,16 @@ pub(super) fn truth(
     root: ExpressionId,
     law: &dyn Fn(usize) -> NamedLaw,
 ) -> Table {
+    let (model, cells) = (setting.model, truth_cells(setting, root, law).to_vec());
+    Table::read(model, (ask, model.ask_text(ask)), &[ask.searched[0].variable], cells, None, &[2])
+}
+
+/// The same as numbers.
+pub(super) fn truth_cells(
+    setting: &Setting<'_>,
+    root: ExpressionId,
+    law: &dyn Fn(usize) -> NamedLaw,
+) -> [f64; 2] {
     let model = setting.model;
     let leaves = Slots { setting, indices: &[] };
     let form = LinearForm::of(model, root, 0, &leaves);
@@ -239,8 +267,7 @@ pub(super) fn truth(
         let (one, other) = ((low - form.constant) / scale, (high - form.constant) / scale);
         law.between(one.min(other), one.max(other))
     };
-    let cells = by_intervals(model, root, &mass, &leaves).to_vec();
-    Table::read(model, (ask, model.ask_text(ask)), &[ask.searched[0].variable], cells, None, &[2])
+    by_intervals(model, root, &mass, &leaves)
 }
 
 /// The answer that consists of the laws of some slots, and of their covariance, row by row.

@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
 use crate::model::{Expression, Form, Model, VariableUse};
+use crate::operators::Binary;
 use crate::special::ln_gamma;
 
 /// The kind of an unknown.
@@ -24,21 +25,7 @@ pub(super) enum Kind {
 /// Whether a form reads unknowns in the way that keeps them conjugate; `kind` tells what a variable is.
 pub(super) fn is_conjugate(model: &Model, form: &Form, kind: &dyn Fn(VariableId) -> Option<Kind>) -> bool {
     let is_free = |id: ExpressionId| model.degree(id, &|variable| kind(variable).is_some()) == Some(0);
-    let is = |id: ExpressionId, wanted: Kind| {
-        matches!(&model.expressions[id], Expression::Variable(use_)
-            if kind(use_.variable) == Some(wanted) && use_.element.is_none_or(is_free))
-    };
-    // A rate times a number.
-    let is_rate = |id: ExpressionId| {
-        let unknown = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
-            Expression::Variable(use_) => kind(use_.variable).map(|own| (own, use_.element)),
-            _ => None,
-        });
-        let all: Vec<_> = unknown.collect();
-        let fits =
-            |(own, element): &(Kind, Option<ExpressionId>)| *own == Kind::Rate && element.is_none_or(is_free);
-        all.len() == 1 && all.iter().all(fits) && is_scaled(model, id, &|variable| kind(variable).is_some())
-    };
+    let is = |id: ExpressionId, wanted: Kind| is_read(model, id, wanted, kind);
     let are_proportions = |ids: &[ExpressionId]| {
         proportions(model, ids).is_some_and(|use_| {
             kind(use_.variable) == Some(Kind::Proportions)
@@ -58,8 +45,8 @@ pub(super) fn is_conjugate(model: &Model, form: &Form, kind: &dyn Fn(VariableId)
                 (Law::Binomial, [trials, probability]) => {
                     is_free(*trials) && is(*probability, Kind::Probability)
                 }
-                (Law::Poisson | Law::Exponential, [rate]) => is_rate(*rate),
-                (Law::Gamma, [shape, rate]) => is_free(*shape) && is_rate(*rate),
+                (Law::Poisson | Law::Exponential, [rate]) => is(*rate, Kind::Rate),
+                (Law::Gamma, [shape, rate]) => is_free(*shape) && is(*rate, Kind::Rate),
                 _ => false,
             }
         }
@@ -71,20 +58,33 @@ pub(super) fn is_conjugate(model: &Model, form: &Form, kind: &dyn Fn(VariableId)
     }
 }
 
-/// Whether an expression is a wanted variable times or divided by numbers.
-fn is_scaled(model: &Model, id: ExpressionId, wanted: &impl Fn(VariableId) -> bool) -> bool {
-    use crate::operators::Binary;
-    let degree = |id: ExpressionId| model.degree(id, wanted);
-    match &model.expressions[id] {
-        Expression::Variable(use_) => wanted(use_.variable),
-        Expression::Binary(Binary::Multiply, left, right) if degree(*left) == Some(0) => {
-            is_scaled(model, *right, wanted)
+/// Whether an expression is an unknown of this kind, a rate perhaps times or divided by numbers; or chooses, by what is observed,
+/// between such.
+fn is_read(model: &Model, id: ExpressionId, wanted: Kind, kind: &dyn Fn(VariableId) -> Option<Kind>) -> bool {
+    let degrees = model.degrees(id, &|variable| kind(variable).is_some());
+    let is_free = |id: ExpressionId| *degrees.of(id) == Some(0);
+    let mut rest = vec![id];
+    while let Some(next) = rest.pop() {
+        match &model.expressions[next] {
+            // Of a choice one side may read none.
+            _ if is_free(next) && next != id => {}
+            Expression::Variable(use_)
+                if kind(use_.variable) == Some(wanted) && use_.element.is_none_or(is_free) => {}
+            Expression::If { condition, then, otherwise } if is_free(*condition) => {
+                rest.extend([*then, *otherwise]);
+            }
+            Expression::Binary(Binary::Multiply, left, right) if wanted == Kind::Rate && is_free(*left) => {
+                rest.push(*right);
+            }
+            Expression::Binary(Binary::Multiply | Binary::Divide, left, right)
+                if wanted == Kind::Rate && is_free(*right) =>
+            {
+                rest.push(*left);
+            }
+            _ => return false,
         }
-        Expression::Binary(Binary::Multiply | Binary::Divide, left, right) if degree(*right) == Some(0) => {
-            is_scaled(model, *left, wanted)
-        }
-        _ => false,
     }
+    true
 }
 
 /// The vector of which these expressions are all components, in order.
@@ -135,6 +135,12 @@ pub(super) fn contribution(
         form = if number(*condition) != 0.0 { then } else { otherwise };
     }
     let slot = |use_: &VariableUse| setting.slot_at(use_.variable, use_.element.map(number), 0);
+    let resolved = |mut id: ExpressionId| {
+        while let Expression::If { condition, then, otherwise } = &model.expressions[id] {
+            id = if number(*condition) != 0.0 { *then } else { *otherwise };
+        }
+        id
+    };
     let read = |id: ExpressionId| {
         let mut uses = model.nodes_below(id).into_iter().filter_map(|node| match &model.expressions[node] {
             Expression::Variable(use_) if is_unknown(use_.variable) => Some(use_),
@@ -147,12 +153,13 @@ pub(super) fn contribution(
     let events = |count: f64, time: f64| Observed::Events([count, time]);
     let found = match form {
         Form::Bernoulli(probability) => {
-            read(*probability).map(|use_| (use_, Observed::Trials([first, 1.0 - first]), 0.0))
+            let unknown = read(resolved(*probability));
+            unknown.map(|use_| (slot(use_), Observed::Trials([first, 1.0 - first]), 0.0))
         }
         Form::Categorical(entries) => {
             proportions(model, entries).filter(|use_| is_unknown(use_.variable)).map(|use_| {
                 let counts = (0..entries.len()).map(|place| f64::from(u8::from(place as f64 == value[0])));
-                (use_, Observed::Counts(counts.collect()), 0.0)
+                (slot(use_), Observed::Counts(counts.collect()), 0.0)
             })
         }
         Form::Multinomial { trials, probabilities } => {
@@ -162,11 +169,11 @@ pub(super) fn contribution(
                 let ln_ways = ln_factorial(all) - value.iter().map(|count| ln_factorial(*count)).sum::<f64>();
                 let are_counts = value.iter().all(|count| *count >= 0.0 && count.fract() == 0.0);
                 let fits = are_counts && all == number(*trials) && is_count(all);
-                (use_, Observed::Counts(value.to_vec()), if fits { ln_ways } else { f64::NEG_INFINITY })
+                (slot(use_), Observed::Counts(value.to_vec()), if fits { ln_ways } else { f64::NEG_INFINITY })
             })
         }
         Form::Law { law, arguments } => {
-            let last = arguments[arguments.len() - 1];
+            let last = resolved(arguments[arguments.len() - 1]);
             match (read(last), law) {
                 (None, _) => None,
                 (Some(use_), Law::Binomial) => {
@@ -175,12 +182,13 @@ pub(super) fn contribution(
                     let ln_ways = ln_factorial(trials) - ln_factorial(first) - ln_factorial(trials - first);
                     let fits = first <= trials && is_count(first) && is_count(trials);
                     let observed = Observed::Trials([first, trials - first]);
-                    Some((use_, observed, if fits { ln_ways } else { f64::NEG_INFINITY }))
+                    Some((slot(use_), observed, if fits { ln_ways } else { f64::NEG_INFINITY }))
                 }
                 (Some(use_), law) => {
-                    let Some(at) = slot(use_) else { return Err(outside(setting, instance)) };
+                    // The form of a choice reads one of its sides.
                     let (terms, _) = setting.linear_form(last, instance, values, unknowns);
-                    let per = terms.iter().find(|(slot, _)| *slot == at).map_or(0.0, |(_, factor)| *factor);
+                    let term = terms.first().copied().or_else(|| Some((slot(use_)?, 0.0)));
+                    let Some((at, per)) = term else { return Err(outside(setting, instance)) };
                     let (count, time, ln) = match law {
                         Law::Poisson => (first, per, first * per.ln() - ln_factorial(first)),
                         Law::Exponential => (1.0, per * first, per.ln()),
@@ -203,17 +211,15 @@ pub(super) fn contribution(
                         one[at] = 1.0;
                         setting.distribution(instance, &one)?;
                     }
-                    Some((use_, events(count, time), if fits { ln } else { f64::NEG_INFINITY }))
+                    Some((Some(at), events(count, time), if fits { ln } else { f64::NEG_INFINITY }))
                 }
             }
         }
         _ => None,
     };
     match found {
-        Some((use_, observed, ln_factor)) => match slot(use_) {
-            Some(slot) => Ok(Contribution { slot: Some(slot), observed, ln_factor }),
-            None => Err(outside(setting, instance)),
-        },
+        Some((Some(slot), observed, ln_factor)) => Ok(Contribution { slot: Some(slot), observed, ln_factor }),
+        Some((None, ..)) => Err(outside(setting, instance)),
         None => {
             let ln_factor = setting.distribution(instance, values)?.ln_density(value[0]);
             Ok(Contribution { slot: None, observed: Observed::Counts(Vec::new()), ln_factor })

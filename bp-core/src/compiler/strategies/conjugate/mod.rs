@@ -17,9 +17,11 @@ mod marginal;
 mod offer;
 mod precision;
 mod scaled;
+mod summed;
 mod unknown;
 
 pub(crate) use marginal::Marginal;
 pub use offer::Conjugate;
 pub(crate) use offer::{Engine, marginalised};
 pub use precision::Precision;
+pub use summed::Summed;

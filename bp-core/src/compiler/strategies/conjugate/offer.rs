@@ -4,7 +4,7 @@
 //! with a conjugate prior, or a finite one that is predicted alone.
 
 use super::likelihood::{Kind, is_conjugate};
-use super::precision;
+use super::{precision, summed};
 use crate::analysis::{of_form, relevant_factors};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
@@ -43,7 +43,10 @@ impl strategies::Engine for Engine {
         match now.then(|| precision::offer(model, asks)).flatten() {
             Some(Ok(precision)) => Ok(Route::Precision(precision)),
             Some(Err(why)) => Err(refused(model, asks, &why)),
-            None => Err(refused(model, asks, &why)),
+            None => match summed::offer(model, asks) {
+                Ok(summed) => Ok(Route::Summed(summed)),
+                Err(_) => Err(refused(model, asks, &why)),
+            },
         }
     }
 }
@@ -96,7 +99,7 @@ pub(super) fn predicate_of(model: &Model, variable: VariableId) -> Option<Expres
     (read.len() == 1).then_some(root)
 }
 
-const NO_PRIOR: &str = "no `beta`, `gamma` or `dirichlet` prior";
+pub(super) const NO_PRIOR: &str = "no `beta`, `gamma` or `dirichlet` prior";
 
 fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
     if model.plate.is_some() {
@@ -111,10 +114,7 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
     if !relevant.iter().any(may_be_prior) {
         return Err(NO_PRIOR.to_owned());
     }
-    let is_hard = |evidence: &Finding| matches!(evidence, Finding::Hard(_));
-    if let Some(known) = asks[0].known.iter().find(|known| {
-        !is_hard(&known.evidence) && (is_finite(known.variable) || known.evidence != Finding::Each)
-    }) {
+    if let Some(known) = asks[0].known.iter().find(|known| !is_observed(model, known)) {
         let name = model.variable_name(known.variable);
         return Err(format!("`{name}` is not observed at one value"));
     }
@@ -152,38 +152,51 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
     }
 }
 
+/// Whether a variable is known by one value.
+pub(super) fn is_observed(model: &Model, known: &Known) -> bool {
+    match known.evidence {
+        Finding::Hard(_) => true,
+        Finding::Each => !model.variables[known.variable].domain.is_finite(),
+        _ => false,
+    }
+}
+
+/// Why some factors, whose left-hand sides must be known, have no conjugate priors among these.
+pub(super) fn conjugate_faults(
+    model: &Model,
+    priors: &[FactorId],
+    observed: &[FactorId],
+    is_known: &dyn Fn(VariableId) -> bool,
+) -> Option<String> {
+    let kind = |variable: VariableId| kind_among(model, priors, variable);
+    observed.iter().find_map(|id| {
+        let left = &model.factors[*id].left;
+        match left.len() == 1 && is_known(left[0].variable) {
+            true => observed_fault(model, *id, is_known, &kind),
+            false => Some(format!(
+                "`{}` is neither a conjugate prior nor observed",
+                model.head(&model.factors[*id])
+            )),
+        }
+    })
+}
+
 /// The unknowns of what is observed, where all have conjugate priors: whatever is asked depends on the observations through them
 /// alone.
 pub(crate) fn marginalised(model: &Model, asks: &[Ask]) -> Option<Conjugate> {
     let known = &asks[0].known;
-    let is_finite = |id: VariableId| model.variables[id].domain.is_finite();
-    let is_value = |known: &Known| match known.evidence {
-        Finding::Hard(_) => true,
-        Finding::Each => !is_finite(known.variable),
-        _ => false,
-    };
-    if model.plate.is_some() || known.is_empty() || !known.iter().all(is_value) {
+    if model.plate.is_some() || known.is_empty() || !known.iter().all(|known| is_observed(model, known)) {
         return None;
     }
     let behind = relevant_factors(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
     let is_known = |id: VariableId| known.iter().any(|known| known.variable == id);
     let (priors, observed) = parted(model, &behind, &is_known);
-    let kind = |variable: VariableId| kind_among(model, &priors, variable);
-    let fits = |id: &FactorId| {
-        let left = &model.factors[*id].left;
-        left.len() == 1
-            && is_known(left[0].variable)
-            && observed_fault(model, *id, &is_known, &kind).is_none()
-    };
-    (!priors.is_empty() && observed.iter().all(fits)).then(|| Conjugate {
-        asks: asks.to_vec(),
-        priors,
-        observed,
-    })
+    let fits = conjugate_faults(model, &priors, &observed, &is_known).is_none();
+    (!priors.is_empty() && fits).then(|| Conjugate { asks: asks.to_vec(), priors, observed })
 }
 
 /// The conjugate priors among some factors, and the others; parents first.
-fn parted(
+pub(super) fn parted(
     model: &Model,
     factors: &[FactorId],
     is_known: &dyn Fn(VariableId) -> bool,
@@ -201,7 +214,7 @@ fn parted(
 }
 
 /// The kind of a variable, where its prior is among these.
-fn kind_among(model: &Model, priors: &[FactorId], variable: VariableId) -> Option<Kind> {
+pub(super) fn kind_among(model: &Model, priors: &[FactorId], variable: VariableId) -> Option<Kind> {
     let own = |id: &&FactorId| model.factors[**id].left[0].variable == variable;
     priors.iter().find(own).and_then(|id| kind_of(model, &model.factors[*id].form))
 }

@@ -5,6 +5,7 @@
 //!
 //! P(x | all else) ∝ P(x | parents) Π P(child | its parents)   (Pearl, *Artificial Intelligence* 32:245-257, 1987)
 
+use super::compiled::{Compiled, Terms};
 use super::finite_rest::{FiniteRest, Sums};
 use super::integrated::may_follow;
 use super::linear_rest::{Equations, LinearRest};
@@ -12,7 +13,6 @@ use super::sites::{Part, behind, check_moves, is_point, site, stuck, summed};
 use crate::distribution::{Distribution, Instance, Setting};
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::law::Law;
 use crate::model::Form;
 use crate::random::Random;
 use crate::sample::Observations;
@@ -38,8 +38,9 @@ pub(super) enum Node {
 /// What a chain has computed, for its next steps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Memory {
-    sums: Sums,
-    equations: Equations,
+    pub(super) sums: Sums,
+    pub(super) equations: Equations,
+    pub(super) cells: Vec<f64>,
 }
 
 /// A slot that is drawn.
@@ -57,6 +58,8 @@ pub(super) struct Site {
     pub(super) moves_rest: bool,
     /// The sums that depend on its value.
     pub(super) clumps: Vec<usize>,
+    /// Its blanket, parted into what is compiled and what is not.
+    pub(super) terms: Terms,
 }
 
 /// A model prepared for Markov chains.
@@ -65,10 +68,11 @@ pub(super) struct Blankets<'s> {
     pub(super) observations: &'s Observations,
     pub(super) nodes: Vec<Node>,
     pub(super) sites: Vec<Site>,
+    pub(super) compiled: Compiled,
     /// What is integrated out.
-    rest: Option<LinearRest<'s>>,
+    pub(super) rest: Option<LinearRest<'s>>,
     /// What is summed out, and of this what is drawn after a sweep.
-    finite: FiniteRest<'s>,
+    pub(super) finite: FiniteRest<'s>,
     clumps: Vec<usize>,
     /// What is drawn after a sweep, parents first: nothing observed depends on it.
     forward: Vec<Node>,
@@ -144,10 +148,15 @@ impl<'s> Blankets<'s> {
             true => None,
             false => Some(LinearRest::new(setting, &instances, linear, &hidden, &observations.values)?),
         };
-        let sites = drawn.into_iter().map(|slot| site(setting, &nodes, &reads, slot)).collect();
+        let compiled = Compiled::new(setting, observations, &nodes);
+        let site_of = |slot: usize| {
+            let site = site(setting, &nodes, &reads, slot);
+            Site { terms: compiled.terms(&site.blanket), ..site }
+        };
+        let sites = drawn.into_iter().map(site_of).collect();
         let clumps: BTreeSet<usize> = wanted.slots.iter().filter_map(|slot| finite.clump(*slot)).collect();
         let clumps = clumps.into_iter().collect();
-        let blankets = Self { setting, observations, nodes, sites, rest, finite, clumps, forward };
+        let blankets = Self { setting, observations, nodes, sites, compiled, rest, finite, clumps, forward };
         match blankets.tied() {
             Some(slot) => Err(stuck(
                 setting,
@@ -156,53 +165,6 @@ impl<'s> Blankets<'s> {
             )),
             None => Ok(blankets),
         }
-    }
-
-    /// A state from which a chain may begin, drawn from the prior, and ln of its density.
-    ///
-    /// # Errors
-    /// A parameter outside the range that its law accepts.
-    pub(super) fn begin(&self, memory: &mut Memory, random: &mut Random) -> Result<(Vec<f64>, f64), Error> {
-        let mut values = self.observations.values.clone();
-        if let Some(rest) = &self.rest {
-            rest.withdraw(&mut values);
-        }
-        let mut ln = 0.0;
-        for node in &self.nodes {
-            ln += match node {
-                Node::Weighed(instance) if self.is_flat(instance) && !values[instance.left[0]].is_nan() => {
-                    self.ln_density(node, &mut values)?
-                }
-                Node::Weighed(instance) if self.is_flat(instance) => {
-                    let drawn = Law::Normal.draw(random, &[0.0, 1.0]);
-                    values[instance.left[0]] = if self.is_half_flat(instance) { drawn.abs() } else { drawn };
-                    0.0
-                }
-                Node::Weighed(instance) => {
-                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?
-                }
-                // Its density comes with the integral; what is to be drawn begins at a value near those of its parents.
-                Node::Integrated(instance) if values[instance.left[0]].is_nan() => {
-                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?;
-                    0.0
-                }
-                Node::Summed(instance, _) if values[instance.left[0]].is_nan() => {
-                    draw_or_weigh(self.setting, (instance, None), self.observations, random, &mut values)?
-                        .min(0.0)
-                }
-                other => self.ln_density(other, &mut values)?,
-            };
-            if ln == f64::NEG_INFINITY || ln.is_nan() {
-                return Ok((values, f64::NEG_INFINITY));
-            }
-        }
-        self.finite.withdraw(&mut values);
-        let all: Vec<usize> = (0..self.finite.clumps()).collect();
-        ln += self.finite.ln_sum(&all, &mut values, &mut memory.sums)?;
-        if let Some(rest) = &self.rest {
-            ln += rest.ln_density(&values, &mut memory.equations)?;
-        }
-        Ok((values, ln))
     }
 
     /// Completes a state by what is not drawn site by site: what is integrated out, and what nothing observed depends on.
@@ -282,14 +244,12 @@ impl<'s> Blankets<'s> {
         values: &mut [f64],
         memory: &mut Memory,
     ) -> Result<f64, Error> {
-        let mut sum = 0.0;
-        for node in &site.blanket {
-            let ln = self.ln_density(&self.nodes[*node], values)?;
-            sum += ln;
-            // Later terms may be undefined at this value (a deviation that is not positive), so the sum ends here.
-            if ln == f64::NEG_INFINITY || sum.is_nan() {
-                return Ok(f64::NEG_INFINITY);
-            }
+        let mut sum = match self.ln_compiled(site, values, memory) {
+            Some(ln) => ln,
+            None => self.ln_of(&site.blanket, values)?,
+        };
+        if sum == f64::NEG_INFINITY {
+            return Ok(sum);
         }
         if !site.clumps.is_empty() {
             sum += self.finite.ln_sum(&site.clumps, values, &mut memory.sums)?;
@@ -302,7 +262,21 @@ impl<'s> Blankets<'s> {
         }
     }
 
-    fn ln_density(&self, node: &Node, values: &mut [f64]) -> Result<f64, Error> {
+    /// ln of the product of some nodes.
+    pub(super) fn ln_of(&self, nodes: &[usize], values: &mut [f64]) -> Result<f64, Error> {
+        let mut sum = 0.0;
+        for node in nodes {
+            let ln = self.ln_density(&self.nodes[*node], values)?;
+            sum += ln;
+            // Later terms may be undefined at this value (a deviation that is not positive), so the sum ends here.
+            if ln == f64::NEG_INFINITY || sum.is_nan() {
+                return Ok(f64::NEG_INFINITY);
+            }
+        }
+        Ok(sum)
+    }
+
+    pub(super) fn ln_density(&self, node: &Node, values: &mut [f64]) -> Result<f64, Error> {
         match node {
             Node::Weighed(instance) if self.is_flat(instance) => {
                 let outside = self.is_half_flat(instance) && values[instance.left[0]] <= 0.0;

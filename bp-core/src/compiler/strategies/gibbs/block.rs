@@ -48,7 +48,8 @@ fn cost(site: &Site) -> usize {
 }
 
 /// The blocks among the sites that are drawn by slice sampling.
-pub(super) fn blocks(sites: &[Site]) -> Vec<Block> {
+pub(super) fn blocks(blankets: &Blankets<'_>) -> Vec<Block> {
+    let sites = &blankets.sites;
     let is_sliced = |site: &Site| site.count.is_none() && !site.is_normal;
     let mut rest: Vec<usize> = (0..sites.len()).filter(|number| is_sliced(&sites[*number])).collect();
     // The largest blankets first, so that what many nodes depend on is in the block.
@@ -79,6 +80,7 @@ pub(super) fn blocks(sites: &[Site]) -> Vec<Block> {
         }
         if own.len() > 1 {
             all.blanket = nodes.into_iter().collect();
+            all.terms = blankets.compiled.terms(&all.blanket);
             all.clumps.sort_unstable();
             all.clumps.dedup();
             let alone: usize = own.iter().map(|number| cost(&sites[*number])).sum();
@@ -175,6 +177,7 @@ pub(super) fn learn(chains: &mut [&mut Directions], block: &Block) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::compiled::Terms;
     use super::*;
 
     /// Two numbers with correlation 0.99 and deviations 1 and 1000: along the sum and the difference of both in their own deviations,
@@ -199,6 +202,7 @@ mod tests {
             is_normal: false,
             moves_rest: false,
             clumps: Vec::new(),
+            terms: Terms::default(),
         };
         let mut interrupted =
             Directions { history: directions.history[..100].to_vec(), ..Directions::default() };

@@ -8,8 +8,10 @@
 //! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling, alone or along the
 //! directions of a block.
 
+mod beginning;
 mod blanket;
 mod block;
+mod compiled;
 mod derive;
 mod elimination;
 mod finite_rest;
@@ -31,7 +33,7 @@ use crate::law::Law;
 use crate::model::{Ask, Model};
 use crate::progress::{self, Work};
 use crate::random::Random;
-use crate::sample::{Draws, Observations, Sampling, Streams};
+use crate::sample::{Draws, MOST_R_HAT, Observations, Sampling, Streams};
 use crate::strategies::weighting::{Treatment, drawn, instances};
 use crate::strategies::{self, Route, Turn};
 use blanket::{Blankets, Memory, Site};
@@ -60,11 +62,13 @@ const FEWEST_DRAWS: usize = 4;
 /// The chains are advanced together in so many rounds.
 const ROUNDS: usize = 64;
 
-/// The first 1/`BURN_IN` of the sweeps is discarded, while a chain approaches its stationary law.
+/// The first 1/`BURN_IN` of the sweeps, and no more than `MOST_BURN_IN`, is discarded, while a chain approaches its stationary law.
 const BURN_IN: usize = 5;
+const MOST_BURN_IN: usize = 1000;
 
-/// Upper limit on the prior draws that are tried as a starting state.
-const MOST_BEGINNINGS: usize = 10_000;
+/// Chains end when their draws are worth so many independent ones, and this part of the number that is asked for.
+const ENOUGH: usize = 10_000;
+const ENOUGH_OF: usize = 10;
 
 /// Draws by Gibbs sampling, with some variables integrated out, where the chains move; keeps the slots `kept`.
 ///
@@ -81,38 +85,44 @@ pub fn gibbs(
 ) -> Result<Draws, Error> {
     let steps = instances(setting, steps)?;
     let blankets = Blankets::new(setting, &steps, observations, integrated, kept)?;
-    let blocks = block::blocks(&blankets.sites);
+    let blocks = block::blocks(&blankets);
     let streams = Streams::new(sampling.seed, "gibbs");
     let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
     let work = Work::of(CHAINS * sweeps);
     let chain = |number: usize| {
         let mut random = streams.stream(number);
         let mut memory = Memory::default();
-        let mut values = beginning(&blankets, &mut memory, &mut random)?;
+        let mut values = blankets.beginning(&mut memory, &mut random)?;
         blankets.check_tails(&mut values, &mut memory)?;
         let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
         let directions = vec![Directions::default(); blocks.len()];
         let (blankets, blocks) = (&blankets, &blocks);
-        Ok(Chain { blankets, blocks, values, slices, directions, memory, random, draws: Vec::new() })
+        let draws = Vec::new();
+        Ok(Chain { blankets, blocks, values, slices, directions, memory, random, draws })
     };
     let mut chains: Vec<Chain<'_>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
+    let burn_in = (sweeps / BURN_IN).min(MOST_BURN_IN);
+    let enough = ENOUGH.max(sampling.particles / ENOUGH_OF);
+    // The sweeps after which the worth of the draws is looked at next.
+    let mut look = burn_in + enough / CHAINS;
     // In rounds, so that chains that are interrupted have nearly the same length.
     let round = sweeps.div_ceil(ROUNDS);
     for first in (0..sweeps).step_by(round) {
+        let after = (first + round).min(sweeps);
         let swept = chains.par_iter_mut().map(|chain| {
-            for sweep in first..(first + round).min(sweeps) {
+            for sweep in first..after {
                 if !work.goes_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
                     break;
                 }
-                if sweep == sweeps / BURN_IN {
+                if sweep == burn_in {
                     chain.draws.clear();
                 }
-                chain.sweep(sweep < sweeps / BURN_IN, kept)?;
+                chain.sweep(sweep < burn_in, kept)?;
             }
             Ok(())
         });
         swept.collect::<Result<(), Error>>()?;
-        if first + round < sweeps / BURN_IN {
+        if after < burn_in {
             for (number, block) in blocks.iter().enumerate() {
                 let mut of_chains: Vec<&mut Directions> =
                     chains.iter_mut().map(|chain| &mut chain.directions[number]).collect();
@@ -122,31 +132,29 @@ pub fn gibbs(
         if progress::is_stopped() && chains[0].draws.len() >= FEWEST_DRAWS * kept.len() {
             break;
         }
+        if after >= look && after < sweeps {
+            let draws = last_draws(&chains, kept.len(), after - burn_in);
+            if draws.effective() >= enough as f64 && draws.r_hat().is_none_or(|r_hat| r_hat <= MOST_R_HAT) {
+                return Ok(draws);
+            }
+            look = after + (after - burn_in) / 4;
+        }
     }
     // When the work is interrupted, all chains have the length of the shortest, without the first part of it.
-    let mut length = sweeps - sweeps / BURN_IN;
+    let mut length = sweeps - burn_in;
     if progress::is_stopped() && !kept.is_empty() {
         let made = chains.iter().map(|chain| chain.draws.len() / kept.len()).min().unwrap_or(0);
         length = length.min(made - (made / BURN_IN).min(made.saturating_sub(FEWEST_DRAWS)));
     }
-    let last = |chain: &Chain<'_>| {
-        let end = chain.draws.len().min(kept.len() * (sweeps - sweeps / BURN_IN));
-        chain.draws[end - length * kept.len()..end].to_vec()
-    };
-    let all: Vec<f64> = chains.iter().flat_map(last).collect();
-    Ok(Draws::chained(all, kept.len(), CHAINS * length, length))
+    Ok(last_draws(&chains, kept.len(), length))
 }
 
-/// A prior draw under which the evidence has a positive density.
-fn beginning(blankets: &Blankets<'_>, memory: &mut Memory, random: &mut Random) -> Result<Vec<f64>, Error> {
-    for _ in 0..MOST_BEGINNINGS {
-        let (values, ln) = blankets.begin(memory, random)?;
-        if ln > f64::NEG_INFINITY {
-            return Ok(values);
-        }
-    }
-    // No starting state was found.
-    Err(Error::unmet(blankets.setting.model.name.clone(), MOST_BEGINNINGS))
+/// The last draws of all chains, so many of each.
+fn last_draws(chains: &[Chain<'_>], kept: usize, length: usize) -> Draws {
+    let shortest = chains.iter().map(|chain| chain.draws.len()).min().unwrap_or(0);
+    let last = |chain: &Chain<'_>| chain.draws[shortest - length * kept..shortest].to_vec();
+    let all: Vec<f64> = chains.iter().flat_map(last).collect();
+    Draws::chained(all, kept, CHAINS * length, length)
 }
 
 struct Chain<'b> {

@@ -4,6 +4,7 @@
 //! drawn. Invariant: a slot on which nothing observed depends is no site.
 
 use super::blanket::{Node, Site};
+use super::compiled::Terms;
 use super::finite_rest::{FiniteRest, Summand};
 use crate::analysis::is_linear_in;
 use crate::distribution::{Instance, Setting};
@@ -175,7 +176,15 @@ pub(super) fn site(setting: &Setting<'_>, nodes: &[Node], reads: &[BTreeSet<usiz
     let is_normal = blanket.iter().all(|node| node_is_linear(setting.model, &nodes[*node], &moved));
     let count = is_finite(setting, slot).then(|| setting.count(variable));
     let is_normal = is_normal && count.is_none() && !moves_rest && clumps.is_empty();
-    Site { slot, count, blanket, is_normal, moves_rest, clumps: clumps.into_iter().collect() }
+    Site {
+        slot,
+        count,
+        blanket,
+        is_normal,
+        moves_rest,
+        clumps: clumps.into_iter().collect(),
+        terms: Terms::default(),
+    }
 }
 
 fn node_is_linear(model: &Model, node: &Node, moved: &BTreeSet<VariableId>) -> bool {

@@ -36,13 +36,17 @@ pub(super) fn components(
 ) -> Result<Vec<Component>, Error> {
     let mut linear = vec![false; setting.slots()];
     route.linear.iter().for_each(|variable| linear[setting.slots_of(*variable)].fill(true));
+    let is_real = linear.clone();
+    let numbers = route.numbers.iter().flat_map(|variable| setting.slots_of(*variable));
+    numbers.filter(|slot| !observations.values[*slot].is_nan()).for_each(|slot| linear[slot] = false);
     let values = (observations.values.iter().zip(&linear))
         .map(|(value, linear)| if *linear { f64::NAN } else { *value })
         .collect();
     let mut all = vec![Component { ln_weight: 0.0, values, points: 0, law: SlotLaw::new(true) }];
     for instance in setting.in_order(&route.factors)? {
-        let real = linear[instance.left[0]];
-        let step = |component: Component| match real {
+        let is_weighed = route.weighed.contains(&instance.factor);
+        let step = |component: Component| match is_real[instance.left[0]] {
+            true if is_weighed => weighed(setting, &instance, observations, component),
             true => extended(setting, &instance, &linear, observations, component),
             false => branched(setting, &instance, observations, component),
         };
@@ -73,6 +77,23 @@ fn extended(
         component.ln_weight += component.law.observe(slot, observed);
         component.points += usize::from(component.law.noises() == noises);
     }
+    Ok(if component.ln_weight == f64::NEG_INFINITY { Vec::new() } else { vec![component] })
+}
+
+/// A component with the density of a known real.
+fn weighed(
+    setting: &Setting<'_>,
+    instance: &Instance,
+    observations: &Observations,
+    mut component: Component,
+) -> Result<Vec<Component>, Error> {
+    let slot = instance.left[0];
+    if observations.values[slot].is_nan() {
+        let name = setting.slot_name(slot);
+        let reason = format!("`{name}` is not known, and its distribution is not normal");
+        return Err(Error::Unplanned { question: setting.model.name.clone(), reason });
+    }
+    component.ln_weight += setting.ln_density(instance, &component.values)?;
     Ok(if component.ln_weight == f64::NEG_INFINITY { Vec::new() } else { vec![component] })
 }
 

@@ -3,15 +3,15 @@
 //! In: asks that know the same. Out: a [`Mixture`], or why not. Invariant: a real never is a parent of a finite variable,
 //! except of a predicate that is asked alone.
 
-use crate::analysis::{is_linear_in, of_form, relevant_factors};
+use crate::analysis::{Scope, is_linear_in, of_form, relevant_factors};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Finding, IndexSpace, Model, Question, Statistic};
+use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Statistic};
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
-use crate::strategies::weighting::refused_factor;
+use crate::strategies::weighting::{has_point, refused_factor};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// The most components of a mixture.
@@ -26,6 +26,10 @@ pub struct Mixture {
     pub factors: Vec<FactorId>,
     /// The reals.
     pub linear: Vec<VariableId>,
+    /// The known reals that forms may read in any way: their values are numbers.
+    pub numbers: Vec<VariableId>,
+    /// The factors of known reals, and of finite variables, that are no part of the linear equations.
+    pub weighed: Vec<FactorId>,
     /// The finite variables that are not observed.
     pub finite: Vec<VariableId>,
     /// The number of combinations of their values.
@@ -65,37 +69,35 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         variables.sort_unstable();
         variables.dedup();
     }
-    if finite.is_empty() || linear.is_empty() {
+    let known: Vec<VariableId> =
+        asks[0].known.iter().filter(|known| is_hard(known)).map(|known| known.variable).collect();
+    let known = |id: &VariableId| known.contains(id);
+    let numbers: Vec<VariableId> = linear.iter().copied().filter(known).collect();
+    if linear.is_empty() || finite.is_empty() && numbers.is_empty() {
         return one_kind();
     }
-    let scope = linear.iter().copied().collect();
-    for id in &factors {
-        let factor = &model.factors[*id];
-        let head = model.head(factor);
-        if let Some(why) = refused_factor(model, factor) {
-            return Err(why);
-        }
-        if is_finite(&factor.left[0].variable) {
-            if let Some(real) = of_form(model, *id).into_iter().find(|parent| !is_finite(parent)) {
-                let real = model.variable_name(real);
-                return Err(format!("`{head}` is a finite variable that depends on the real `{real}`"));
-            }
-        } else if factor.left.len() > 1 || !is_linear_in(model, &factor.form, &scope) {
-            return Err(format!("`{head}` is not normal with a mean that is linear in reals"));
-        }
-    }
-    let known = |id: &VariableId| {
-        asks[0]
-            .known
-            .iter()
-            .any(|known| known.variable == *id && matches!(known.evidence, Finding::Hard(_) | Finding::Each))
+    // Where values of known reals need not be numbers, they are part of the linear equations, which agree up to rounding.
+    let (numbers, weighed) = match weighed(model, &factors, &linear, &[]) {
+        Ok(weighed) => (Vec::new(), weighed),
+        Err(why) if numbers.is_empty() => return Err(why),
+        Err(_) => match weighed(model, &factors, &linear, &numbers) {
+            Ok(weighed) => (numbers, weighed),
+            Err(_) if finite.is_empty() => return one_kind(),
+            Err(why) => return Err(why),
+        },
     };
+    if finite.is_empty() && numbers.is_empty() {
+        return one_kind();
+    }
     // A vector that is distributed as a whole has no kernel, and sums do not add points to densities.
     let has_sums = |id: &FactorId| !model.factors[*id].form.couples() && !is_mixed_at_value(model, asks, *id);
     if linear.iter().all(known) && factors.iter().all(has_sums) {
         return Err("all reals are observed: densities at single values are factors of sums".to_owned());
     }
     finite.retain(|id| !known(id) && Some(*id) != model.plate_index());
+    if let Some(why) = asks.iter().find_map(|ask| refused_mixture(model, ask, &finite)) {
+        return Err(why);
+    }
     let mut components = 1.0;
     for id in &finite {
         let variable = &model.variables[*id];
@@ -117,7 +119,46 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
             "the finite variables have {components} combinations, more than {MOST_COMPONENTS}"
         ));
     }
-    Ok(Mixture { asks: asks.to_vec(), factors, linear, finite, components })
+    Ok(Mixture { asks: asks.to_vec(), factors, linear, numbers, weighed, finite, components })
+}
+
+fn is_hard(known: &Known) -> bool {
+    matches!(known.evidence, Finding::Hard(_) | Finding::Each)
+}
+
+/// The factors of known reals that are no part of the linear equations, where the values of these reals are numbers; or why the reals
+/// are not linear and Gaussian.
+fn weighed(
+    model: &Model,
+    factors: &[FactorId],
+    reals: &[VariableId],
+    numbers: &[VariableId],
+) -> Result<Vec<FactorId>, String> {
+    let scope: Scope = reals.iter().copied().filter(|id| !numbers.contains(id)).collect();
+    let mut weighed = Vec::new();
+    for id in factors {
+        let factor = &model.factors[*id];
+        let head = model.head(factor);
+        if let Some(why) = refused_factor(model, factor) {
+            return Err(why);
+        }
+        let left = factor.left[0].variable;
+        let real = of_form(model, *id).into_iter().find(|parent| scope.contains(parent));
+        let real = real.map(|real| model.variable_name(real));
+        if model.variables[left].domain.is_finite() {
+            if let Some(real) = real {
+                return Err(format!("`{head}` is a finite variable that depends on the real `{real}`"));
+            }
+        } else if factor.left.len() > 1 || !is_linear_in(model, &factor.form, &scope) {
+            // Its density at the known value is a number.
+            let is_number = numbers.contains(&left) && factor.left.len() == 1 && real.is_none();
+            if !is_number || factor.form.couples() || has_point(&factor.form) || factor.form.is_improper() {
+                return Err(format!("`{head}` is not normal with a mean that is linear in reals"));
+            }
+            weighed.push(*id);
+        }
+    }
+    Ok(weighed)
 }
 
 /// Why an ask is not answered by a mixture.
@@ -139,7 +180,7 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
             ));
         }
     } else if finite < ask.searched.len()
-        && (ask.statistic != Statistic::Distribution || ask.searched.iter().any(|item| item.at.is_some()))
+        && (!is_of_both(&ask.statistic) || ask.searched.iter().any(|item| item.at.is_some()))
     {
         let word = ask.statistic.word();
         return Some(format!(
@@ -156,6 +197,36 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
             _ => None,
         }
     })
+}
+
+/// Whether a statistic is computed of finite variables and reals together.
+fn is_of_both(statistic: &Statistic) -> bool {
+    matches!(
+        statistic,
+        Statistic::Distribution
+            | Statistic::Entropy
+            | Statistic::Maximum
+            | Statistic::Argmax { .. }
+            | Statistic::Draw(_)
+    )
+}
+
+/// Why the entropy or the mode of finite variables and several reals is not computed: where other finite variables are summed out,
+/// each combination of values has a mixture of several reals.
+fn refused_mixture(model: &Model, ask: &Ask, finite: &[VariableId]) -> Option<String> {
+    let needs_one =
+        matches!(ask.statistic, Statistic::Entropy | Statistic::Maximum | Statistic::Argmax { .. });
+    let searched = |id: &VariableId| ask.searched.iter().any(|item| item.variable == *id);
+    let reals: usize = (ask.searched.iter().map(|item| item.variable))
+        .filter(|id| !model.variables[*id].domain.is_finite())
+        .map(|id| size(model, id))
+        .sum();
+    let word = ask.statistic.word();
+    let other = finite.iter().find(|id| !searched(id)).filter(|_| needs_one && reals > 1)?;
+    let other = model.variable_name(*other);
+    Some(format!(
+        "`{word}` of several reals together is not computed where `{other}` is summed out: ask for `{other}` too"
+    ))
 }
 
 /// The number of reals of a variable; several where it is a family whose size is known only when it is asked.
@@ -176,12 +247,17 @@ impl Offered for Mixture {
     }
 
     fn cost(&self, _: &Model) -> Option<f64> {
-        let reals = self.linear.len() as f64;
+        let reals = (self.linear.len() - self.weighed.len()) as f64;
         Some(self.components * reals.powi(3))
     }
 
     fn reason(&self) -> &'static str {
-        "exact, as a mixture: given the finite variables all reals are linear and Gaussian"
+        match self.numbers.is_empty() {
+            true => "exact, as a mixture: given the finite variables all reals are linear and Gaussian",
+            false => {
+                "exact: given the finite variables and what is known the other reals are linear and Gaussian"
+            }
+        }
     }
 
     fn derive(&self, model: &Model, notation: Notation) -> (Vec<Line>, Vec<Line>) {
@@ -191,7 +267,8 @@ impl Offered for Mixture {
         let known = names(&mut self.asks[0].known.iter().map(|known| known.variable));
         let left = notation.distribution(&searched, &known);
         // A reason is text in every notation.
-        let finite = Notation::Unicode.names(model, &self.finite).join(" ");
+        let given = [self.finite.as_slice(), self.numbers.as_slice()].concat();
+        let given = Notation::Unicode.names(model, &given).join(" ");
         let line = |rule: &str, reason: String, [unicode, latex, mathml]: [&str; 3]| {
             let right = notation.choose(unicode, latex, mathml);
             (rule.to_owned(), reason, notation.equation(&left, "=", right))
@@ -209,7 +286,7 @@ impl Offered for Mixture {
         let lines = vec![line(
             "mixture",
             format!(
-                "given `{finite}` all reals are linear and Gaussian: each of the {} combinations d has a weight \
+                "given `{given}` all other reals are linear and Gaussian: each of the {} combinations d of values has a weight \
                  w_d ∝ P(d) p(observations | d) and a normal distribution",
                 self.components
             ),

@@ -94,6 +94,9 @@ pub(crate) struct Moves<'s> {
 /// A guided particle is worth many: of a large number, so many are followed at least.
 const GUIDED: usize = 2000;
 
+/// As [`GUIDED`], where finite variables alone are drawn, given the observations of their instant.
+const CHOSEN: usize = 10_000;
+
 /// The difference of two estimates of ln P(observations) above which the larger one is believed: the other has missed something.
 const MISSED: f64 = 0.1;
 
@@ -169,7 +172,7 @@ impl<'s> Moves<'s> {
         each: &mut dyn FnMut(&Cloud),
     ) -> Result<Result<Cloud, usize>, Error> {
         let Some(guide) = self.guide(instants) else {
-            return self.follow_by(instants, None, self.count(), each);
+            return self.follow_by(instants, None, self.unguided(), each);
         };
         // Unguided particles see whether the guide misses a part: it would lower its estimate of P(observations).
         let scouts =
@@ -188,6 +191,13 @@ impl<'s> Moves<'s> {
             (guided, _) => guided.is_ok(),
         };
         if trusted { Ok(guided) } else { self.follow_by(instants, None, self.count(), each) }
+    }
+
+    /// The number of particles without a guide: fewer, where finite variables alone are drawn, given the observations of their
+    /// instant, and each particle carries the distribution of the reals.
+    fn unguided(&self) -> usize {
+        let is_chosen = !self.finite.is_empty() && self.linear.contains(&true);
+        if is_chosen { self.count().min(CHOSEN + self.count() / 20) } else { self.count() }
     }
 
     /// The number of particles that the user asked for.

@@ -235,6 +235,9 @@ impl Checker<'_> {
             let value = (ordinal + domain.base()) as f64;
             return Some((self.node(span, Expression::Number(value)), Type::of(&domain)));
         }
+        if text == "pi" {
+            return Some((self.node(span, Expression::Number(std::f64::consts::PI)), Type::Number));
+        }
         if !self.unknown.insert(text.clone()) {
             return None;
         }
@@ -250,9 +253,6 @@ impl Checker<'_> {
         known.sort_unstable();
         let help = did_you_mean(text, known).or_else(|| {
             let lower = text.starts_with(char::is_lowercase);
-            if text == "pi" {
-                return Some("write 3.141592653589793; a degree is 0.017453292519943295 rad".to_owned());
-            }
             lower.then(|| format!("declare it: `parameters {{ {text} : real; }}`"))
         });
         let mut wrong = Diagnostic::new(span, format!("unknown name `{text}`"));

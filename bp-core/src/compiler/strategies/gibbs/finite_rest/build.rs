@@ -95,6 +95,7 @@ impl<'s> FiniteRest<'s> {
             sums += cells;
         }
         rest.gather(steps);
+        rest.find_alone();
         Ok(rest)
     }
 
@@ -133,7 +134,8 @@ impl<'s> FiniteRest<'s> {
                     drawn.collect::<Vec<usize>>()
                 };
                 let template = *known.entry(key).or_insert_with(|| {
-                    self.templates.push(Template { instance: instance.clone(), parents, inputs: inputs() });
+                    let (instance, inputs) = (instance.clone(), inputs());
+                    self.templates.push(Template { instance, parents, inputs, alone: false });
                     self.templates.len() - 1
                 });
                 if own { Source::Distributed(template) } else { Source::At(template, left, hidden(left)) }
@@ -143,6 +145,23 @@ impl<'s> FiniteRest<'s> {
         self.tables.push(Table { source, start: self.cells, cells });
         self.cells += cells;
         self.tables.len() - 1
+    }
+
+    /// Finds the templates that one observed instance alone uses.
+    fn find_alone(&mut self) {
+        let mut users = vec![(0, true); self.templates.len()];
+        for table in &self.tables {
+            match table.source {
+                Source::Distributed(template) => users[template].1 = false,
+                Source::At(template, _, changes) => {
+                    users[template].0 += 1;
+                    users[template].1 &= !changes;
+                }
+                Source::Likelihood(_) => {}
+            }
+        }
+        let alone = users.into_iter().map(|(count, observed)| count == 1 && observed);
+        self.templates.iter_mut().zip(alone).for_each(|(template, alone)| template.alone = alone);
     }
 
     /// Parts the steps into those that do not depend on each other.

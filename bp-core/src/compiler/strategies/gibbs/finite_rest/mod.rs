@@ -43,6 +43,8 @@ struct Template {
     parents: Vec<usize>,
     /// The drawn slots on which it depends.
     inputs: Vec<usize>,
+    /// Whether one observed instance alone uses it: its density is enough.
+    alone: bool,
 }
 
 /// The values of a part.
@@ -109,6 +111,8 @@ struct Shared {
     seen: u64,
     inputs: Vec<f64>,
     distributions: Vec<Distribution>,
+    /// In place of the distributions of an instance alone, ln of its densities.
+    lns: Vec<f64>,
 }
 
 impl<'s> FiniteRest<'s> {
@@ -137,18 +141,21 @@ impl<'s> FiniteRest<'s> {
         shared.inputs.clear();
         shared.inputs.extend(template.inputs.iter().map(|slot| values[*slot]));
         shared.distributions.clear();
+        shared.lns.clear();
         let count = |slot: &usize| setting.count(setting.variable_of(*slot));
         let combinations: usize = template.parents.iter().map(count).product();
         let before: Vec<f64> = template.parents.iter().map(|slot| values[*slot]).collect();
         let mut found = Ok(());
         for combination in 0..combinations {
             radix::assign(combination, &template.parents, |slot| count(&slot), values);
-            match setting.distribution(&template.instance, values) {
-                Ok(distribution) => shared.distributions.push(distribution),
-                Err(error) => {
-                    found = Err(error);
-                    break;
-                }
+            let computed = match template.alone {
+                true => setting.ln_density(&template.instance, values).map(|ln| shared.lns.push(ln)),
+                false => (setting.distribution(&template.instance, values))
+                    .map(|distribution| shared.distributions.push(distribution)),
+            };
+            if computed.is_err() {
+                found = computed;
+                break;
             }
         }
         template.parents.iter().zip(before).for_each(|(slot, value)| values[*slot] = value);
@@ -175,6 +182,9 @@ impl<'s> FiniteRest<'s> {
         let cells = &mut memory.cells[table.start..table.start + table.cells];
         match &table.source {
             Source::Likelihood(likelihoods) => cells.copy_from_slice(likelihoods),
+            Source::At(template, ..) if self.templates[*template].alone => {
+                cells.copy_from_slice(&memory.shared[*template].lns);
+            }
             Source::At(template, slot, _) => {
                 let distributions = memory.shared[*template].distributions.iter();
                 cells
