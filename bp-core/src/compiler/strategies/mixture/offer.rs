@@ -11,7 +11,7 @@ use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Statistic};
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
-use crate::strategies::weighting::{has_point, refused_factor};
+use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 
 /// The most components of a mixture.
@@ -152,7 +152,7 @@ fn weighed(
         } else if factor.left.len() > 1 || !is_linear_in(model, &factor.form, &scope) {
             // Its density at the known value is a number.
             let is_number = numbers.contains(&left) && factor.left.len() == 1 && real.is_none();
-            if !is_number || factor.form.couples() || has_point(&factor.form) || factor.form.is_improper() {
+            if !is_number || factor.form.couples() || factor.form.has_point() || factor.form.is_improper() {
                 return Err(format!("`{head}` is not normal with a mean that is linear in reals"));
             }
             weighed.push(*id);
