@@ -63,25 +63,25 @@ pub(crate) fn heat_maps(
     upwards: (&str, i32, i32),
 ) -> Result<PathBuf, Box<dyn Error>> {
     picture(name, (360 * panels.len() as u32, 380), |all| {
-    let rows = (upwards.2 - upwards.1 + 1) as usize;
-    for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 17, &INK))
-            .margin(10)
-            .set_label_area_size(LabelAreaPosition::Left, 48)
-            .set_label_area_size(LabelAreaPosition::Bottom, 40)
-            .build_cartesian_2d(across.1..across.2 + 1, upwards.1..upwards.2 + 1)?;
-        let (least, most) =
-            values.iter().fold((0.0, f64::MIN), |(low, high): (f64, f64), v| (low.min(*v), high.max(*v)));
-        let cells = values.iter().enumerate().map(|(place, value)| {
-            let (x, y) = (across.1 + (place / rows) as i32, upwards.1 + (place % rows) as i32);
-            Rectangle::new([(x, y), (x + 1, y + 1)], colour((value - least) / (most - least)).filled())
-        });
-        chart.draw_series(cells)?;
-        let mut mesh = chart.configure_mesh();
-        mesh.disable_mesh().x_desc(across.0).y_desc(upwards.0).label_style(("sans-serif", 13, &INK));
-        mesh.x_labels(5).y_labels(5).axis_desc_style(("sans-serif", 15, &INK)).draw()?;
-    }
+        let rows = (upwards.2 - upwards.1 + 1) as usize;
+        for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
+            let mut chart = ChartBuilder::on(area)
+                .caption(title, ("sans-serif", 17, &INK))
+                .margin(10)
+                .set_label_area_size(LabelAreaPosition::Left, 48)
+                .set_label_area_size(LabelAreaPosition::Bottom, 40)
+                .build_cartesian_2d(across.1..across.2 + 1, upwards.1..upwards.2 + 1)?;
+            let (least, most) =
+                values.iter().fold((0.0, f64::MIN), |(low, high): (f64, f64), v| (low.min(*v), high.max(*v)));
+            let cells = values.iter().enumerate().map(|(place, value)| {
+                let (x, y) = (across.1 + (place / rows) as i32, upwards.1 + (place % rows) as i32);
+                Rectangle::new([(x, y), (x + 1, y + 1)], colour((value - least) / (most - least)).filled())
+            });
+            chart.draw_series(cells)?;
+            let mut mesh = chart.configure_mesh();
+            mesh.disable_mesh().x_desc(across.0).y_desc(upwards.0).label_style(("sans-serif", 13, &INK));
+            mesh.x_labels(5).y_labels(5).axis_desc_style(("sans-serif", 15, &INK)).draw()?;
+        }
         Ok(())
     })
 }
@@ -95,27 +95,29 @@ pub(crate) fn curves(
     truth: Option<f64>,
 ) -> Result<PathBuf, Box<dyn Error>> {
     picture(name, (420 * panels.len() as u32, 320), |all| {
-    for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
-        let most = values.iter().copied().fold(0.0, f64::max) * 1.08;
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 17, &INK))
-            .margin(10)
-            .set_label_area_size(LabelAreaPosition::Left, 62)
-            .set_label_area_size(LabelAreaPosition::Bottom, 40)
-            .build_cartesian_2d(across.1..across.2, 0.0..most)?;
-        let step = (across.2 - across.1) / (values.len() - 1) as f64;
-        let points = values.iter().enumerate().map(|(place, value)| (across.1 + step * place as f64, *value));
-        chart.draw_series(AreaSeries::new(points, 0.0, colour(0.4).mix(0.3)).border_style(colour(0.25)))?;
-        let level = truth.map(|level| vec![(across.1, level), (across.2, level)]);
-        chart.draw_series(level.map(|ends| PathElement::new(ends, INK)))?;
-        let mut mesh = chart.configure_mesh();
-        mesh.disable_mesh().x_desc(across.0).y_desc(upwards).label_style(("sans-serif", 13, &INK));
-        mesh.x_label_formatter(&|x| format!("{x:.0}"))
-            .x_labels(7)
-            .y_labels(5)
-            .axis_desc_style(("sans-serif", 15, &INK))
-            .draw()?;
-    }
+        for (area, (title, values)) in all.split_evenly((1, panels.len())).iter().zip(panels) {
+            let most = values.iter().copied().fold(0.0, f64::max) * 1.08;
+            let mut chart = ChartBuilder::on(area)
+                .caption(title, ("sans-serif", 17, &INK))
+                .margin(10)
+                .set_label_area_size(LabelAreaPosition::Left, 62)
+                .set_label_area_size(LabelAreaPosition::Bottom, 40)
+                .build_cartesian_2d(across.1..across.2, 0.0..most)?;
+            let step = (across.2 - across.1) / (values.len() - 1) as f64;
+            let points =
+                values.iter().enumerate().map(|(place, value)| (across.1 + step * place as f64, *value));
+            chart
+                .draw_series(AreaSeries::new(points, 0.0, colour(0.4).mix(0.3)).border_style(colour(0.25)))?;
+            let level = truth.map(|level| vec![(across.1, level), (across.2, level)]);
+            chart.draw_series(level.map(|ends| PathElement::new(ends, INK)))?;
+            let mut mesh = chart.configure_mesh();
+            mesh.disable_mesh().x_desc(across.0).y_desc(upwards).label_style(("sans-serif", 13, &INK));
+            mesh.x_label_formatter(&|x| format!("{x:.0}"))
+                .x_labels(7)
+                .y_labels(5)
+                .axis_desc_style(("sans-serif", 15, &INK))
+                .draw()?;
+        }
         Ok(())
     })
 }

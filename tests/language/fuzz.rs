@@ -120,6 +120,7 @@ fn put_through(text: &str) -> (bool, bool) {
             Route::Exact(exact) => exact.cost <= MOST_VALUES,
             Route::Tree(_) | Route::Gaussian(_) | Route::Conjugate(_) | Route::Precision(_) => true,
             Route::Mixture(mixture) => mixture.components <= MOST_VALUES,
+            Route::Summed(_) => true,
             // A hundred thousand draws of each mutant would take too long.
             Route::Sampled(_) | Route::OverTime(_) => false,
         });

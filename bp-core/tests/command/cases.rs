@@ -348,8 +348,9 @@ fn messages_name_the_question_and_the_reason() {
     let (_, message) =
         folder.ends(1, &["ask", "f.bp", "P(Alarm | Fire = false, Alarm = a)", "--set", "a=0,1"]);
     assert!(message.contains("asks what it knows"), "{message}");
-    let (_, message) = folder.ends(1, &["joint", "f.bp", "--of", "Alarm"]);
-    assert!(message.contains("it is a family: name its elements, such as `Alarm[1]`"), "{message}");
+    // A family that is named whole stands for its elements.
+    let whole = folder.json(0, &["joint", "f.bp", "--of", "Alarm", "--json"]);
+    assert_eq!(whole, folder.json(0, &["joint", "f.bp", "--of", "Alarm[1],Alarm[2]", "--json"]));
     let sure = family.replace("bernoulli(0.1)", "bernoulli(0)");
     let folder = Folder::with(&[("f.bp", &sure)]);
     let (_, message) = folder.ends(1, &["ask", "f.bp", "P(Fire | Alarm = a)", "--set", "a=0,1"]);

@@ -17,7 +17,7 @@ fn answer(domain: &str, form: &str, text: &str) -> Vec<f64> {
     ));
     let answers = ask(&model, &question(&model, text), &Inputs::new())
         .unwrap_or_else(|error| panic!("{form}: {error}"));
-    answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
+    answers[0].answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 const KNOWN: &str = "A = true, B = false, K = 2";

@@ -15,7 +15,7 @@ fn asked(model: &Model, text: &str) -> Result<Vec<Answer>, Error> {
 }
 
 fn probabilities(answer: &Answer) -> Vec<f64> {
-    answer.answer.iter().map(|row| row.p().unwrap()).collect()
+    answer.answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 fn one(model: &Model, text: &str) -> Vec<f64> {

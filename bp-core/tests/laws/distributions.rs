@@ -44,7 +44,7 @@ fn distribution(model: &Model, [a, b, k]: [usize; 3]) -> Distribution {
 fn kernel(model: &Model, searched: &str, [a, b, k]: [usize; 3]) -> Vec<f64> {
     let text = format!("P({searched} | A = {}, B = {}, K = {})", a == 1, b == 1, k + 1);
     let answers = ask(model, &question(model, &text), &Inputs::new()).unwrap();
-    answers[0].answer.iter().map(|row| row.p().unwrap()).collect()
+    answers[0].answer.iter().map(|row| row.figure.number().unwrap()).collect()
 }
 
 fn parents() -> impl Iterator<Item = [usize; 3]> {

@@ -4,6 +4,7 @@
 
 mod hidden;
 mod learned;
+mod no_value;
 mod observed;
 mod over_time;
 #[path = "../support/mod.rs"]

@@ -1,4 +1,4 @@
-//! Variables that may have no value: where a sum leaves its range, or all weights are 0, the parents' values are impossible.
+//! Variables that may have no value, and parameters that have no number at an index: where a sum leaves its range, or all weights are 0, the parents' values are impossible.
 //!
 //! In: programs with such a variable, which is neither searched nor known. Out: answers of every strategy. Invariant: expected values
 //! are sums over all dice and closed forms, in the comments; every way to ask gives the same.
@@ -6,6 +6,7 @@
 use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Answer, Figure, ask, compile_by};
 use bp_core::compiler::exec::Inputs;
+use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::Strategy;
 use bp_core::compiler::sample::Sampling;
 
@@ -74,4 +75,35 @@ fn conjugate_answers_know_what_has_no_value() {
         forms { P(L) = gamma(2, 3); P(N | L) = poisson(L); P(K) = binomial(5, 0.3); P(Y | L) = exponential(L); } }";
     let found = asked(program, "P(L | Y = 1)");
     assert!(matches!(found.answer[0].figure, Figure::Law { .. }), "{found:?}");
+}
+
+/// The labels of S are the numbers 0, 1 and 2, so that `p[1..=3]` has no number for the first of them.
+#[test]
+fn an_index_outside_the_range_of_a_parameter_is_an_error() {
+    let program = |parameters: &str, form: &str| {
+        model_of(&format!(
+            "program Sky {{ parameters {{ {parameters} }} variables {{ S : {{ Sun, Cloud, Rain }}; U : bool; W[i in 1..=4] : bool; }}
+             decomposition {{ P(S) P(U | S) prod(i) {{ P(W[i]) }} }}
+             forms {{ P(S) = uniform; P(U | S) = bernoulli({form}); P(W[i]) = bernoulli(p[i]); }} }}"
+        ))
+    };
+    let of = |model: &Model, text: &str| ask(model, &question(model, text), &Inputs::new());
+    let wrong = program("p[1..=4] : probability = [0.1, 0.2, 0.9, 0.5]; ", "p[S]");
+    let refused = of(&wrong, "P(S | U = true)").unwrap_err().to_string();
+    assert!(refused.contains("bernoulli(p[S])") && refused.contains("S = Sun"), "{refused}");
+    // Where the range fits: (0.1, 0.2, 0.9) / 1.2.
+    let right = program("q[0..=2] : probability = [0.1, 0.2, 0.9]; p[1..=4] : probability = 0.5; ", "q[S]");
+    let found = of(&right, "P(S | U = true)").unwrap();
+    let found: Vec<f64> = found[0].answer.iter().map(|row| row.p().unwrap()).collect();
+    let near = |one: &f64, other: f64| (one - other).abs() < 1e-12;
+    assert!(near(&found[0], 1.0 / 12.0) && near(&found[2], 0.75), "{found:?}");
+    // An index that is outside only in a case that does not hold is none.
+    let guarded =
+        program("p[1..=4] : probability = [0.1, 0.2, 0.9, 0.5]; ", "if S == Sun { 0.3 } else { p[S] }");
+    let found = of(&guarded, "P(U = true)").unwrap();
+    assert!(near(&found[0].answer[0].p().unwrap(), (0.3 + 0.1 + 0.2) / 3.0), "{found:?}");
+    // A product over more elements than the parameter has.
+    let short = program("p[1..=3] : probability = [0.1, 0.2, 0.9]; ", "0.5");
+    assert!(of(&short, "P(W[4])").is_err());
+    assert!(of(&short, "P(W)").is_err());
 }

@@ -98,7 +98,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     let settings = (!rows.is_empty()).then(|| sized(&model, &arguments.settings, &rows)).transpose()?;
     let planned = |one: &Question| match &settings {
-        None => Ok((Cow::Borrowed(&model), plan(&model, one, options)?)),
+        None => plan(&model, one, options).map(|plan| (Cow::Borrowed(&model), plan)).or_else(|refused| {
+            // Families whose sizes are known may have an answer element by element.
+            let sized = sized(&model, &arguments.settings, &rows).map_err(|_| ());
+            let planned = sized.and_then(|by| plan_sized(&model, one, options, &by.inputs()).map_err(|_| ()));
+            planned.map_err(|()| refused)
+        }),
         Some(settings) => plan_sized(&model, one, options, &settings.inputs()),
     };
     let plans: Vec<Planned<'_>> = questions.iter().map(planned).collect::<Result<_, Error>>()?;

@@ -4,7 +4,8 @@
 //! probabilities of a finite left-hand side sum to one, or are all 0 (a Dirac outside its domain, weights that are all
 //! 0); no NaN is passed on.
 
-use super::check::must;
+mod components;
+
 use super::least::Least;
 use super::number::Scope;
 use super::{Distribution, Instance, Setting, law};
@@ -12,7 +13,7 @@ use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{bernoulli, dirac, mixture, normal_bins, truncated, uniform};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Conditional, Constraint, Law, Numbers, Wide};
+use crate::law::{Law, Numbers, Wide};
 use crate::model::{Domain, Form, VariableUse};
 use crate::radix;
 
@@ -312,64 +313,6 @@ impl Evaluation<'_> {
             Some(row) => Ok(Distribution::Finite(row.to_vec())),
             None => Err(self.unplanned(format!("`{path}` has not been asked yet; link the model first"))),
         }
-    }
-
-    /// The law of one component of a vector of proportions, given the earlier ones.
-    fn share(&self, form: &Form, parameters: &[ExpressionId]) -> Result<Distribution, Error> {
-        Ok(Distribution::Share(self.dirichlet(form, self.numbers(parameters))?.share(self.before())))
-    }
-
-    /// The components of a vector before this one.
-    fn before(&self) -> &[f64] {
-        let slot = self.instance.left[0];
-        &self.scope.values[slot - self.instance.component..slot]
-    }
-
-    /// The law of one component of a normal vector, given those before it that have a value.
-    fn normal_component(
-        &self,
-        form: &Form,
-        mean: ExpressionId,
-        covariance: &[Vec<ExpressionId>],
-    ) -> Result<Distribution, Error> {
-        let scope = self.scope.with_component(0);
-        let covariance = self.scope.setting.covariance(covariance, |id| scope.number(id));
-        let covariance = covariance.map_err(|why| self.refused(form, why))?;
-        let (before, component) = (self.before(), self.instance.component);
-        let known: Vec<usize> = (0..component).filter(|at| !before[*at].is_nan()).collect();
-        let Conditional { weights, deviation } = covariance.conditional(&known, component);
-        let mean = |at: usize| self.scope.with_component(at).number(mean);
-        let shifts = weights.iter().zip(&known).map(|(weight, at)| weight * (before[*at] - mean(*at)));
-        let mean = mean(component) + shifts.sum::<f64>();
-        if let Some(expected) = Constraint::Real.refuses(mean) {
-            return Err(self.refused(form, must("the mean", mean, &format!("be {expected}"))));
-        }
-        Ok(match deviation > 0.0 {
-            true => Distribution::Law(Law::Normal, [mean, deviation, 0.0]),
-            false => Distribution::Point(mean),
-        })
-    }
-
-    /// The law of one count of a multinomial law, given those before it: of the trials that these leave, binomial; the last is
-    /// what is left.
-    fn count_of(
-        &self,
-        form: &Form,
-        trials: ExpressionId,
-        probabilities: &[ExpressionId],
-    ) -> Result<Distribution, Error> {
-        let (trials, row) = (self.scope.number(trials), self.row(form, probabilities)?);
-        if let Some(expected) = Constraint::Count.refuses(trials) {
-            return Err(self.refused(form, must("the number of trials", trials, &format!("be {expected}"))));
-        }
-        let (before, component) = (self.before(), self.instance.component);
-        let left = (trials - before.iter().sum::<f64>()).max(0.0);
-        let rest: f64 = row[component..].iter().sum();
-        if component + 1 == row.len() {
-            return Ok(Distribution::Point(left));
-        }
-        let share = if rest > 0.0 { (row[component] / rest).min(1.0) } else { 0.0 };
-        Ok(Distribution::Law(Law::Binomial, [left, share, 0.0]))
     }
 
     fn mixture(

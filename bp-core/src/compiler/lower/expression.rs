@@ -29,8 +29,11 @@ impl Environment for Lowering<'_> {
         let is_table = default.len() > 1;
         let mut axes = Vec::new();
         let (mut places, mut plate_places) = (Vec::new(), Vec::new());
+        let mut inside = true;
         for (index, space) in indices.iter().zip(over) {
             let place = self.place(*index, space)?;
+            inside &= !place.iter().any(|place| matches!(place, Index::At(_)))
+                || self.model.is_index_of(*index, space);
             let on_plate = matches!(space, IndexSpace::Set(set)
                 if self.model.plate.is_some_and(|plate| plate.set == *set));
             if on_plate && !is_table { plate_places.extend(place) } else { places.extend(place) }
@@ -52,13 +55,20 @@ impl Environment for Lowering<'_> {
             _ => Role::Input { key, default: default.first().copied(), broadcast: false },
         };
         let buffer = self.builder.buffer(name, role, &axes);
-        // A field has no number outside its grid: where an antecedent lies there, the form refuses it.
-        match places.iter().any(|place| matches!(place, Index::Turned { .. })) {
-            true => {
+        let kernel = self.builder.so_far();
+        let extent = |axis| &kernel.axes[axis].extent;
+        inside &= places.iter().zip(&kernel.buffers[buffer].axes).all(|(place, axis)| match place {
+            Index::Axis(own) => extent(*own) == extent(*axis),
+            Index::At(_) => true,
+            Index::Turned { .. } => false,
+        });
+        // A parameter has no number outside its range: where an index or an antecedent lies there, the form refuses it.
+        match inside {
+            true => Ok(self.builder.load(buffer, places)),
+            false => {
                 let none = self.builder.constant(f64::NAN);
                 Ok(self.builder.load_or(buffer, places, none))
             }
-            false => Ok(self.builder.load(buffer, places)),
         }
     }
 

@@ -3,7 +3,7 @@
 //! In: an expression. Out: its least and its greatest possible value, or `None` where it may be no whole number. Invariant: no
 //! value lies outside; where operands share variables the bounds may be wider than the values.
 
-use super::{Domain, Expression, Folded, Model};
+use super::{Domain, Expression, Folded, IndexSpace, Model};
 use crate::ids::ExpressionId;
 use crate::operators::{Binary, Unary};
 
@@ -81,6 +81,25 @@ impl Model {
             found.filter(|[low, high]| low.abs() < LARGEST && high.abs() < LARGEST)
         };
         self.fold(root, of).root()
+    }
+
+    /// Whether an index lies in the range of a parameter whatever the values of the variables.
+    pub(crate) fn is_index_of(&self, index: ExpressionId, space: &IndexSpace) -> bool {
+        match (&self.expressions[index], space) {
+            (Expression::Variable(_), IndexSpace::Set(_)) => true,
+            (Expression::Variable(use_), IndexSpace::Range(range))
+                if matches!(&self.variables[use_.variable].domain,
+                    Domain::Finite { labels, range: Some(own) } if labels.is_empty() && own == range) =>
+            {
+                true
+            }
+            (_, IndexSpace::Range(range)) if range.high.size.is_none() => {
+                let within =
+                    |[low, high]: [f64; 2]| range.low as f64 <= low && high <= range.high.offset as f64;
+                self.whole_bounds(index).is_some_and(within)
+            }
+            _ => false,
+        }
     }
 }
 

@@ -140,7 +140,7 @@ fn bins_and_truncated_laws_far_in_a_tail() {
         let answer = ask(&model, &crate::support::question(&model, text), &Inputs::new()).unwrap().remove(0);
         assert_eq!(answer.answer.len(), exact.len());
         for (row, exact) in answer.answer.iter().zip(exact) {
-            errors.add(format!("{form} over {domain}"), row.p().unwrap(), exact);
+            errors.add(format!("{form} over {domain}"), row.figure.number().unwrap(), exact);
         }
     };
     asked(

@@ -5,10 +5,11 @@
 //! the planner does; the command prints the numbers of the library.
 
 use super::{is_near, paths};
-use bp_core::compiler::answer::{Answer, Figure};
+use bp_core::compiler::answer::{Answer, Figure, Row};
 use bp_core::compiler::model::{Finding, Model};
 use bp_core::compiler::plan::{Offer, Options, Strategy, plan};
 use bp_core::prelude::*;
+use std::collections::HashMap;
 use std::process::Command;
 
 /// Draws of estimates.
@@ -129,8 +130,12 @@ fn difference(found: &Answer, expected: &Answer) -> Option<String> {
     if !is_estimate && found.answer.len() != expected.answer.len() {
         return Some(format!("{} rows, not {}", found.answer.len(), expected.answer.len()));
     }
+    let mut by_values: HashMap<&[(String, String)], &Row> = HashMap::new();
+    for row in &found.answer {
+        by_values.entry(&row.values).or_insert(row);
+    }
     for (at, row) in expected.answer.iter().enumerate() {
-        let same = found.answer.iter().find(|other| other.values == row.values);
+        let same = by_values.get(row.values.as_slice()).copied();
         // A sequence and an argmax are several rows or one; of equal ones any may be chosen.
         let Some(other) = same.or_else(|| found.answer.get(at).filter(|_| !is_estimate)) else { continue };
         for ((one, error), (two, other_error)) in numbers(&other.figure).into_iter().zip(numbers(&row.figure))
