@@ -235,11 +235,22 @@ fn contexts_are_written_with_the_names_of_values() {
 fn nothing_is_learned_where_the_picture_cannot_be_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    // A wrong extension, a folder that does not exist, and learning that has nothing to draw.
-    for plot in [path("plot.pdf"), path("none/plot.svg"), path("plot.svg")] {
-        let (program, data) = ("examples/coin_learning.bp", "examples/data/coin.csv");
-        let output = bp(&["learn", program, "--data", data, "--out", &path("learned.bp"), "--plot", &plot]);
+    let (program, data) = (path("m.bp"), path("m.csv"));
+    let text =
+        "program M { variables { X : real; } decomposition { P(X) } forms { P(X) = unknown(normal); } }";
+    std::fs::write(&program, text).unwrap();
+    std::fs::write(&data, "X\n1\n2\n4\n").unwrap();
+    // A wrong extension, and a folder that does not exist.
+    for plot in [path("plot.pdf"), path("none/plot.svg")] {
+        let output = bp(&["learn", &program, "--data", &data, "--out", &path("learned.bp"), "--plot", &plot]);
         assert_eq!(output.status.code(), Some(1), "{plot}");
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{plot}: something was written");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "{plot}: something was written");
     }
+    // Tables that are learned in one step have no picture, and are written all the same.
+    let (program, data) = ("examples/coin_learning.bp", "examples/data/coin.csv");
+    let (learned, plot) = (path("learned.bp"), path("plot.svg"));
+    let output = bp(&["learn", program, "--data", data, "--out", &learned, "--plot", &plot]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no picture"), "{output:?}");
+    assert!(std::fs::exists(&learned).unwrap() && !std::fs::exists(&plot).unwrap());
 }

@@ -78,7 +78,8 @@ fn replace(
             let head = model.head(&model.factors[factor]);
             return Err(Error::input(
                 head,
-                "it has a form of its own at the first instant, which is not learned",
+                "it has a form of its own at the first instant, which is not learned; in place of `P(initial(X))` write \
+                 `P(X^-1) = previous(X) else …`",
             ));
         }
         // The distribution of X^-1 before the first instant.

@@ -119,7 +119,7 @@ pub(crate) fn answers(
     write(&drawn, path, out)
 }
 
-/// Writes a picture of what was learned.
+/// Writes a picture of what was learned; none of tables that took one step.
 pub(crate) fn learned(
     source: &Source,
     learned: &Learned,
@@ -127,7 +127,13 @@ pub(crate) fn learned(
     path: &Path,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    write(&learning::learning(source, learned, data), path, out)
+    let panels = learning::learning(source, learned, data);
+    if panels.is_empty() {
+        // What was learned is printed all the same.
+        eprintln!("note: no picture: tables alone were learned, in one step");
+        return Ok(());
+    }
+    write(&panels, path, out)
 }
 
 /// Whether a picture is written as SVG, and not as PNG: by the extension of its path. Any other path is an error.
