@@ -107,3 +107,27 @@ fn an_index_outside_the_range_of_a_parameter_is_an_error() {
     assert!(of(&short, "P(W[4])").is_err());
     assert!(of(&short, "P(W)").is_err());
 }
+
+/// 3 · 0.1 · 10 is 3.0000000000000004 in f64: it is 3 in a range, as it is in a bin and in an observation.
+#[test]
+fn a_range_holds_numbers_that_are_whole_up_to_rounding() {
+    let model = model_of(
+        "program Rounded { variables { J, D : 0..=10; F : real; } decomposition { P(J) P(D | J) P(F | J) }
+         forms { P(J) = uniform; P(D | J) = dirac(J * 0.1 * 10); P(F | J) = normal(J, 1); } }",
+    );
+    for by in [None, Some(Strategy::Sums), Some(Strategy::JoinTree)] {
+        let compiled = compile_by(&model, &question(&model, "P(J)"), by).unwrap();
+        near(&figures(&compiled.ask(&Inputs::new()).unwrap()[0]), &[1.0 / 11.0; 11], 1e-12);
+        let compiled = compile_by(&model, &question(&model, "P(J = 3 | D = 3)"), by).unwrap();
+        near(&figures(&compiled.ask(&Inputs::new()).unwrap()[0]), &[1.0], 1e-12);
+    }
+    let found = ask(&model, &question(&model, "expectation P(F)"), &Inputs::new()).unwrap();
+    near(&figures(&found[0]), &[5.0], 1e-12);
+    // What is no whole number has no place in a range.
+    let half = model_of(
+        "program Half { variables { J : 0..=3; D : 0..=3; } decomposition { P(J) P(D | J) }
+         forms { P(J) = uniform; P(D | J) = dirac(J * 0.5); } }",
+    );
+    let found = ask(&half, &question(&half, "P(J)"), &Inputs::new()).unwrap();
+    near(&figures(&found[0]), &[0.5, 0.0, 0.5, 0.0], 1e-12);
+}

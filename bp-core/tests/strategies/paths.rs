@@ -206,3 +206,22 @@ fn errors_of_early_instants_cover_what_later_instants_leave() {
     // Mean squares of ten standard scores lie below 2.9 but for one in a thousand.
     assert!(squares.iter().all(|square| *square < 2.9), "{squares:?}");
 }
+
+/// One component of a vector is observed: the number is that of a Kalman smoother, which is exact.
+#[test]
+fn a_component_of_a_vector_is_observed_by_paths() {
+    let model = model_of(
+        "program Seen { variables { X, X^-1 : real; V : real[2]; } decomposition { P(X^-1) P(X | X^-1) P(V | X) }
+         forms { P(X^-1) = previous(X) else normal(1, 1); P(X | X^-1) = normal(0.8 * X^-1, 0.5); P(V | X) = normal([X, 2 * X], 0.9); } }",
+    );
+    let rows = column("V[0]", &[1.0, 2.0, 0.0]);
+    let exact = exactly(&model, "smooth P(X | V[0])", &rows);
+    let found = by_particles(&model, "smooth P(X | V[0])", &rows, Sampling { particles: 4000, seed: 3 });
+    for (instant, exact) in exact.answer.iter().enumerate() {
+        let (Figure::Normal { mean: expected, .. }, [mean, error]) = (exact.figure, mean(&found, instant))
+        else {
+            panic!("{exact:?}")
+        };
+        assert!((mean - expected).abs() < 5.0 * error, "{instant}: {mean} ± {error}, expected {expected}");
+    }
+}

@@ -241,6 +241,9 @@ impl Evaluation<'_> {
                 if !domain.is_finite() {
                     return Ok(Distribution::Point(number));
                 }
+                // In a bin a number needs not be whole.
+                let number =
+                    if domain.bins().is_some() { number } else { dirac::whole(&mut Numbers, number) };
                 let value = setting.value_at(left, number);
                 let value = value.unwrap_or(f64::NAN);
                 let is = |ordinal: usize| dirac::probability(&mut Numbers, ordinal as f64, value);

@@ -208,6 +208,7 @@ impl Lowering<'_> {
                 Ok(self.only_if(holds, density))
             }
             Form::Dirac(value) => {
+                let expression = *value;
                 let holds = self.keeps(*value, dirac::VALUE)?;
                 let value = match self.model.compares_determined(factor) {
                     true => self.sharing(|lowering| lowering.compared(variable, *value))?,
@@ -216,7 +217,9 @@ impl Lowering<'_> {
                 let (x, value) = match (&domain, at) {
                     // A number anywhere in a bin means that bin.
                     (Domain::Bins(bins), Meaning::Ordinal(bin)) => (*bin, self.bin_holding(bins, value)),
-                    _ => (self.number_of(variable, at)?, value),
+                    _ => {
+                        (self.number_of(variable, at)?, self.whole_where_needed(variable, expression, value))
+                    }
                 };
                 let equal = match domain.is_finite() {
                     true => dirac::probability(&mut self.builder, x, value),

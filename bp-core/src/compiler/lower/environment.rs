@@ -6,6 +6,7 @@
 use super::{Lowering, Meaning};
 use crate::equation::{Binding, Solution};
 use crate::error::Error;
+use crate::forms::dirac;
 use crate::ids::{AxisId, BufferId, ExpressionId, SetId, ValueId, VariableId};
 use crate::kernel::{Coordinate, Displacements, Extent, Fold, Index, InputKey, Role, SizeKey};
 use crate::model::{Domain, Expression, SetKind, Value};
@@ -62,6 +63,7 @@ impl Lowering<'_> {
                     self.determine_below(expression)?;
                 }
                 let number = self.expression(expression)?;
+                let number = self.whole_where_needed(variable, expression, number);
                 let meaning = self.meaning_of(variable, number);
                 if self.first.is_none() {
                     self.determined.insert(variable, meaning.clone());
@@ -71,6 +73,20 @@ impl Lowering<'_> {
             Some(Binding::Antecedent { cell, displacement }) => self.antecedent(cell, displacement),
             Some(Binding::Solved(solution)) => self.solved(variable, &solution),
             None => Err(self.unplanned(format!("`{name}` is needed, but it has no value"))),
+        }
+    }
+
+    /// The number of a Dirac of a range, whole up to rounding; as it is where it is whole by construction.
+    pub(super) fn whole_where_needed(
+        &mut self,
+        variable: VariableId,
+        value: ExpressionId,
+        number: ValueId,
+    ) -> ValueId {
+        let is_range = matches!(self.model.variables[variable].domain, Domain::Finite { range: Some(_), .. });
+        match is_range && !self.model.is_whole(value) {
+            true => dirac::whole(&mut self.builder, number),
+            false => number,
         }
     }
 

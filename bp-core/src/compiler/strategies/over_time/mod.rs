@@ -230,6 +230,15 @@ fn by_paths(
         return Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help });
     }
     let moves = Moves::new(setting, route.ask(), &route.carried, &[], sampling)?;
+    // All is drawn, and no draw meets a point: an observed component is observed in its vector.
+    let of_vector = |(slot, value): &(usize, f64)| {
+        let component = setting.model.named_component(setting.variable_of(*slot));
+        let of = component.map(|(use_, at)| setting.slots_of(use_.variable).start + at);
+        (of.unwrap_or(*slot), *value)
+    };
+    let observed: Vec<Instant> =
+        instants.iter().map(|instant| instant.iter().map(of_vector).collect()).collect();
+    let instants = observed.as_slice();
     let mut paths = Paths::new(setting.slots());
     let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
     moves.check_constants(&cloud, route.ask())?;
