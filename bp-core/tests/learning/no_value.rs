@@ -13,7 +13,7 @@ fn a_variable_without_a_value_is_evidence_about_its_parents() {
         "P(K) = unknown(histogram); P(X | K) = weights(if K { 1 } else { 0 });",
     );
     let learned = seen(&text, "K,X\n1,\n,\n1,2\n").learned().unwrap();
-    near(&answer(&learned.model(), "P(K)"), &[0.0, 1.0], 1e-12);
+    near(&answer(learned.model(), "P(K)"), &[0.0, 1.0], 1e-12);
     let refused = seen(&text, "K,X\n1,\n0,\n1,2\n").learned().map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains("probability zero") || refused.contains("impossible"), "{refused}");
 }
@@ -27,7 +27,7 @@ fn points_are_not_weighed_against_densities() {
         "P(K) = unknown(histogram); P(Y | K) = if K { dirac(1) } else { normal(0, 1) };",
     );
     let learned = seen(&text, "K,Y\n1,1\n0,2\n").learned().unwrap();
-    near(&answer(&learned.model(), "P(K)"), &[0.5, 0.5], 1e-12);
+    near(&answer(learned.model(), "P(K)"), &[0.5, 0.5], 1e-12);
     let refused = seen(&text, "K,Y\n,1\n,2\n1,1\n,0\n").learned().map(|_| ()).unwrap_err().to_string();
     assert!(refused.contains("has a point for some of its values and a density for others"), "{refused}");
 }

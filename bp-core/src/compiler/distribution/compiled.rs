@@ -146,7 +146,7 @@ impl Recording<'_, '_> {
         let left = match (domain, law) {
             (Domain::Real | Domain::Vector(_), _) => self.left(),
             (Domain::Finite { labels, .. }, Law::Binomial) if labels.is_empty() => {
-                let (low, last) = (domain.number(0) as f64, self.setting.count(variable) as f64 - 1.0);
+                let (low, last) = (domain.number(0), self.setting.count(variable) as f64 - 1.0);
                 let mut trials = (0..self.instances.len()).map(|row| self.tape.number(parameters[0], row));
                 if low != 0.0 || !trials.all(|trials| trials.is_some_and(|trials| trials <= last)) {
                     return Err(NotCompiled);
