@@ -67,8 +67,8 @@ fn has_value(model: &Model, law: Law, arguments: &[ExpressionId], domain: &Domai
     }
 }
 
-/// Whether a factor may leave its finite variable without a value, which excludes values of its parents. Over a plate an answer
-/// is of one element, and what the others exclude is none of it.
+/// Whether a factor may leave its finite variable without a value, which excludes values of its parents. Over a plate each
+/// element has its own answer, and factors of other elements do not enter it.
 pub(crate) fn may_have_no_value(model: &Model, id: FactorId) -> bool {
     let factor = &model.factors[id];
     let finite = factor.left.iter().all(|use_| model.variables[use_.variable].domain.is_finite());
