@@ -73,14 +73,13 @@ def test_the_code_of_the_page_runs(words, monkeypatch, capsys):
         assert names["look"]["number"] == 1 and names["head"].map.occupancy.max() > 0.5
 
 
-def test_types_are_complete():
+def test_types_are_complete(tmp_path):
     """The package passes mypy's strict checks, and the stub is that of the compiled part."""
     pytest.importorskip("mypy")
-    folder = Path(bp.__file__).parent
     checks = [
         ["-m", "mypy", "--strict", "--ignore-missing-imports", "-p", "bayesian_programs"],
         ["-m", "mypy.stubtest", "bayesian_programs._native", "--ignore-disjoint-bases"],
     ]
     for check in checks:
-        done = subprocess.run([sys.executable, *check], cwd=folder.parent, capture_output=True, text=True)
+        done = subprocess.run([sys.executable, *check], cwd=tmp_path, capture_output=True, text=True)
         assert done.returncode == 0, done.stdout + done.stderr
