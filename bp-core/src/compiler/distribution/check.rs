@@ -11,7 +11,7 @@ use crate::exec::scalar::Number;
 use crate::forms::{bernoulli, dirac, row, truncated, weights};
 use crate::ids::ExpressionId;
 use crate::law::{Dirichlet, Law, Numbers, Parameters};
-use crate::model::{Form, VariableUse};
+use crate::model::{Expression, Form, VariableUse};
 use crate::spelling::number as written;
 
 /// Upper limit on the elements of a family that a context names.
@@ -22,7 +22,29 @@ impl Evaluation<'_> {
     pub(super) fn refused(&self, form: &Form, message: String) -> Error {
         let model = self.scope.setting.model;
         let factor = &model.factors[self.instance.factor];
+        let message = if message.contains("NaN") { self.outside(form).unwrap_or(message) } else { message };
         Error::Number { form: model.form_text(factor, form), context: self.context(), message }
+    }
+
+    /// The parameter that a form reads outside its range, if there is one.
+    fn outside(&self, form: &Form) -> Option<String> {
+        let setting = self.scope.setting;
+        let products = &setting.model.factors[self.instance.factor].products;
+        let outside = |id: ExpressionId| {
+            let Expression::Parameter { parameter, indices } = &setting.model.expressions[id] else {
+                return None;
+            };
+            let at: Vec<f64> = indices.iter().map(|index| self.scope.number(*index)).collect();
+            let is_none = !at.is_empty() && setting.field(*parameter, &at).is_nan();
+            let at: Vec<String> = at.into_iter().map(written).collect();
+            let text = setting.model.expression_text(id, products);
+            is_none.then(|| format!("`{text}` has no number at {}", at.join(", ")))
+        };
+        let mut found = None;
+        form.each_expression(&mut |root| {
+            found = found.take().or_else(|| setting.model.nodes_below(root).into_iter().find_map(outside));
+        });
+        found
     }
 
     /// The values of the right-hand variables and of the indices: `X = 3, i = 2`.
