@@ -92,6 +92,10 @@ fn an_index_outside_the_range_of_a_parameter_is_an_error() {
     let refused = of(&wrong, "P(S | U = true)").unwrap_err().to_string();
     assert!(refused.contains("bernoulli(p[S])") && refused.contains("S = Sun"), "{refused}");
     assert!(refused.contains("`p[S]` has no number at 0"), "{refused}");
+    // One number for all elements is none for others.
+    let one = program("q[1..=3] : probability = 0.5; p[1..=4] : probability = 0.5; ", "q[S]");
+    let refused = of(&one, "P(S | U = true)").unwrap_err().to_string();
+    assert!(refused.contains("`q[S]` has no number at 0"), "{refused}");
     // Where the range fits: (0.1, 0.2, 0.9) / 1.2.
     let right = program("q[0..=2] : probability = [0.1, 0.2, 0.9]; p[1..=4] : probability = 0.5; ", "q[S]");
     let found = of(&right, "P(S | U = true)").unwrap();

@@ -87,15 +87,16 @@ impl Setting<'_> {
         }
     }
 
-    /// The number of a parameter; of a field, its element at these indices; NaN outside it.
+    /// The number of a parameter; of a field, its element at these indices, which may be one number for all; NaN outside it.
     pub(crate) fn field(&self, parameter: ParameterId, indices: &[f64]) -> f64 {
-        match self.parameters[parameter.position()].as_slice() {
-            [number] => *number,
-            numbers => {
-                let place = self.place_at(parameter, indices.iter().copied());
-                place.and_then(|place| numbers.get(place)).copied().unwrap_or(f64::NAN)
-            }
+        let numbers = self.parameters[parameter.position()].as_slice();
+        let over = &self.model.parameters[parameter].over;
+        // Without a size there is no end.
+        if over.is_empty() || numbers.len() == 1 && over.iter().any(|space| self.length(space).is_err()) {
+            return numbers.first().copied().unwrap_or(f64::NAN);
         }
+        let number = |place: usize| if numbers.len() == 1 { numbers.first() } else { numbers.get(place) };
+        self.place_at(parameter, indices.iter().copied()).and_then(number).copied().unwrap_or(f64::NAN)
     }
 
     /// The slot of a component of a variable, or of the element of a family at an index; `None` outside the family.
