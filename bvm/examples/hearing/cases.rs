@@ -6,10 +6,13 @@
 use bp_core::compiler::random::seeded;
 use bvm::audition::synthesis::{Waypoint, add_noise, binaural, convolved};
 use bvm::audition::wave::WaveReader;
-use bvm::audition::{AuditionError, Head, Responses, resampled};
+use bvm::audition::{AuditionError, BANDS, BinauralUnit, Head, PART_S, Responses, Turns, resampled};
 use bvm::frame::{Spherical, great_circle};
 use rand_distr::{Distribution, StandardNormal};
 use std::path::Path;
+
+/// The angle by which the head turns to the left during a sound, degrees.
+const TURN_DEG: f64 = 20.0;
 
 /// Sampling rate of all cases, Hz.
 pub(crate) const RATE_HZ: f64 = 44_100.0;
@@ -142,4 +145,33 @@ pub(crate) fn in_room(
     let mut ears = room.responses(head, place).map(|response| convolved(sound, &response));
     add_noise(&mut ears, snr_db, seed);
     ears
+}
+
+/// A sound from a place, heard by a head that turns evenly to the left while it sounds; places are relative to its start.
+pub(crate) fn turned(
+    head: &Head,
+    sound: &[f64],
+    place: Spherical,
+    snr_db: f64,
+    seed: u64,
+    independent: &[f64; BANDS],
+) -> Turns {
+    let length_s = sound.len() as f64 / RATE_HZ;
+    let turn = |time_s: f64| (TURN_DEG * (time_s / length_s).clamp(0.0, 1.0)).to_radians();
+    let at = |time_s: f64| Waypoint {
+        time_s,
+        place: Spherical { azimuth: place.azimuth - turn(time_s), ..place },
+    };
+    let mut ears = binaural(head, sound, RATE_HZ, &[at(0.0), at(length_s)]);
+    add_noise(&mut ears, snr_db, seed);
+    let mut unit = BinauralUnit::new(RATE_HZ, independent);
+    let mut heard = Turns::default();
+    let length = (PART_S * RATE_HZ) as usize;
+    for (number, (left, right)) in ears[0].chunks(length).zip(ears[1].chunks(length)).enumerate() {
+        let mut cues = unit.silence();
+        unit.add(left, right, &mut cues);
+        let half = 0.5 * turn((number as f64 + 0.5) * PART_S);
+        heard.push([half.cos(), 0.0, 0.0, half.sin()], &cues);
+    }
+    heard
 }

@@ -9,14 +9,16 @@
 //! ```
 
 mod cases;
+mod pictures;
 mod score;
+mod talkers;
 
 use bvm::audition::{
-    BANDS, BinauralUnit, Calibration, Directions, Head, Listening, Origin, PART_S, Parts, Responses, Source,
-    checksum, sofa, sphere,
+    BinauralUnit, Calibration, Directions, Head, Listening, Origin, Responses, checksum, sofa, sphere,
 };
-use bvm::frame::{Spherical, great_circle};
-use cases::{RATE_HZ, Room, Sound, both, in_room, rendered};
+use bvm::error::Error as HearingError;
+use bvm::frame::Spherical;
+use cases::{RATE_HZ, Room, Sound, in_room, rendered, turned};
 use clap::Parser;
 use rayon::prelude::*;
 use score::{Case, Outcome, reliability, table};
@@ -45,6 +47,9 @@ struct Arguments {
     /// Only sets whose names contain this.
     #[arg(long, default_value = "")]
     only: String,
+    /// Draw the pictures of docs/hearing.md into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 /// Ratios of signal to noise, dB.
@@ -64,55 +69,6 @@ fn frontal(head: &Responses) -> Vec<Spherical> {
     places.filter(|it| it.elevation.abs() < 0.01 && it.azimuth.abs() < 91f64.to_radians()).collect()
 }
 
-/// Pairs of voices 40 degrees apart at 10 dB: in how many both are found, of how many; and single voices that seem to be two.
-fn talkers(
-    head: &Head,
-    sounds: &[Sound],
-    places: Vec<Spherical>,
-    every: usize,
-    ears: &Listening,
-    independent: &[f64; BANDS],
-) -> Result<[usize; 4], bvm::error::Error> {
-    let heard = |waves: &[Vec<f64>; 2]| {
-        let mut unit = BinauralUnit::new(RATE_HZ, independent);
-        let mut parts = Parts::default();
-        let length = (PART_S * RATE_HZ) as usize;
-        for (left, right) in waves[0].chunks(length).zip(waves[1].chunks(length)) {
-            let mut cues = unit.silence();
-            unit.add(left, right, &mut cues);
-            parts.push(&cues);
-        }
-        ears.clone().find_voices(parts.all())
-    };
-    let away = |one: &Source, place: Spherical| {
-        great_circle(
-            (one.azimuth_deg.to_radians(), one.elevation_deg.to_radians()),
-            (place.azimuth, place.elevation),
-        )
-        .to_degrees()
-    };
-    let pairs: Vec<(usize, Spherical, Spherical)> = (places.iter().enumerate())
-        .flat_map(|(number, one)| places.iter().map(move |other| (number, *one, *other)))
-        .filter(|(_, one, other)| ((one.azimuth - other.azimuth).to_degrees() - 40.0).abs() < 0.5)
-        .step_by(every.div_ceil(2))
-        .collect();
-    let both = pairs.par_iter().map(|(number, one, other)| {
-        let waves =
-            both(head, [&sounds[0].samples, &sounds[1].samples], [*one, *other], 10.0, *number as u64);
-        let found = heard(&waves)?;
-        let first: Vec<&Source> = found.sources.iter().take(2).collect();
-        Ok([one, other].iter().all(|place| first.iter().any(|source| away(source, **place) <= 10.0)))
-    });
-    let both = both.collect::<Result<Vec<bool>, bvm::error::Error>>()?;
-    let single = pairs.par_iter().map(|(number, one, _)| {
-        let found = heard(&rendered(head, &sounds[number % 2].samples, *one, 10.0, *number as u64))?;
-        Ok(found.sources.iter().map(|source| source.probability).sum::<f64>() > 1.2)
-    });
-    let single = single.collect::<Result<Vec<bool>, bvm::error::Error>>()?;
-    let count = |all: &[bool]| all.iter().filter(|one| **one).count();
-    Ok([count(&both), both.len(), count(&single), single.len()])
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
     let mut sounds: Vec<Sound> =
@@ -128,6 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let frontal_ears = Listening::new(&calibration, Directions::Frontal)?;
     let all_ears = Listening::new(&calibration, Directions::All)?;
     let sphere_ears = Listening::new(&of_sphere, Directions::Frontal)?;
+    let sphere_all = Listening::new(&of_sphere, Directions::All)?;
     let measured = Head::Measured(own.clone());
     // Which set, the place, the sound, the ratio, the kind of rendering.
     let mut cases: Vec<Case> = Vec::new();
@@ -147,6 +104,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     add("front", &frontal(&own), &RATIOS_DB, every);
     let all: Vec<Spherical> = own.measured.iter().map(|one| one.place).collect();
     add("sphere", &all, &RATIOS_DB, 8 * every);
+    add("turned", &all, &[0.0], 8 * every);
     if let Some((other, _)) = &other {
         add("other", &frontal(other), &RATIOS_DB, every);
         add("room", &frontal(other), &[20.0], every);
@@ -164,37 +122,60 @@ fn main() -> Result<(), Box<dyn Error>> {
     add("near", &near, &RATIOS_DB, every);
     cases.retain(|case| case.set.contains(&arguments.only));
     let begun = Instant::now();
-    let outcomes: Vec<Outcome> = cases
-        .par_iter()
-        .map_init(
-            || [&frontal_ears, &all_ears, &sphere_ears].map(Listening::clone),
-            |[frontal, all, near], case| -> Result<Outcome, bvm::error::Error> {
-                let (head, listener) = match (case.set, &other) {
-                    ("other" | "room", Some((responses, _))) => (&Head::Measured(responses.clone()), frontal),
-                    ("near", _) => (&sphere, near),
-                    ("sphere", _) => (&measured, all),
-                    _ => (&measured, frontal),
-                };
-                let sound = &sounds[case.sound].samples;
-                let ears = match (head, case.set) {
-                    (Head::Measured(responses), "room") => {
-                        in_room(&room, responses, sound, case.place, case.snr_db, case.seed)
-                    }
-                    _ => rendered(head, sound, case.place, case.snr_db, case.seed),
-                };
-                let cues = BinauralUnit::new(RATE_HZ, &independent).hear(&ears[0], &ears[1]).bands();
-                Ok(Outcome::of(case.place, &listener.find(&cues)?))
-            },
-        )
-        .collect::<Result<_, _>>()?;
+    let outcome = |[frontal, all, near]: &mut [Listening; 3], case: &Case| -> Result<Outcome, HearingError> {
+        let (head, listener) = match (case.set, &other) {
+            ("other" | "room", Some((responses, _))) => (&Head::Measured(responses.clone()), frontal),
+            ("near", _) => (&sphere, near),
+            ("sphere" | "turned", _) => (&measured, all),
+            _ => (&measured, frontal),
+        };
+        let sound = &sounds[case.sound].samples;
+        if case.set == "turned" {
+            let heard = turned(head, sound, case.place, case.snr_db, case.seed, &independent);
+            return Ok(Outcome::of(case.place, &listener.find_turned(&heard)?));
+        }
+        let ears = match (head, case.set) {
+            (Head::Measured(responses), "room") => {
+                in_room(&room, responses, sound, case.place, case.snr_db, case.seed)
+            }
+            _ => rendered(head, sound, case.place, case.snr_db, case.seed),
+        };
+        let cues = BinauralUnit::new(RATE_HZ, &independent).hear(&ears[0], &ears[1]).bands();
+        Ok(Outcome::of(case.place, &listener.find(&cues)?))
+    };
+    let ears = || [&frontal_ears, &all_ears, &sphere_ears].map(Listening::clone);
+    let outcomes: Vec<Outcome> =
+        cases.par_iter().map_init(ears, outcome).collect::<Result<_, HearingError>>()?;
     print!("{}", table(&cases, &outcomes));
     if "talkers".contains(&arguments.only) {
-        let found = talkers(&measured, &sounds, frontal(&own), every, &all_ears, &independent)?;
-        println!("two talkers 40° apart, 10 dB: both within 10° in {} of {}", found[0], found[1]);
-        println!("one talker, 10 dB: a second voice in {} of {}", found[2], found[3]);
+        let places = frontal(&own);
+        for (name, ears) in [("frontal", &frontal_ears), ("all directions", &all_ears)] {
+            let found = talkers::count(&measured, &sounds, &places, every, ears, &independent)?;
+            println!("two talkers 40° apart, 10 dB, {name}: both within 10° in {} of {}", found[0], found[1]);
+            println!("one talker, 10 dB, {name}: a second voice in {} of {}", found[2], found[3]);
+        }
     }
     println!();
     print!("{}", reliability(&outcomes));
+    if let Some(folder) = &arguments.out {
+        std::fs::create_dir_all(folder)?;
+        pictures::itd(&calibration, &folder.join("hearing_itd.png"))?;
+        pictures::over_noise(&cases, &outcomes, &folder.join("hearing_noise.png"))?;
+        pictures::reliability(&outcomes, &folder.join("hearing_reliability.png"))?;
+        let found_m = sphere_ears.distances_m();
+        pictures::distances(&cases, &outcomes, found_m, &folder.join("hearing_distance.png"))?;
+        // A voice on the left in front, in noise, with a head at rest and one that turns to it.
+        let place = Spherical { rho_m: 1.4, azimuth: 40f64.to_radians(), elevation: 0.0 };
+        let [mut still, mut moving] = [sphere_all.clone(), sphere_all.clone()];
+        moving.find_turned(&turned(&sphere, &sounds[0].samples, place, 0.0, 7, &independent))?;
+        let ears = rendered(&sphere, &sounds[0].samples, place, 0.0, 7);
+        still.find(&BinauralUnit::new(RATE_HZ, &independent).hear(&ears[0], &ears[1]).bands())?;
+        let looks = [
+            ("A voice at 40°, 0 dB, ears on a sphere: the head at rest", &still),
+            ("The same, while the head turns by 20° to the left", &moving),
+        ];
+        pictures::panoramas(&looks, &folder.join("hearing_turn.png"))?;
+    }
     eprintln!("{} cases in {:.0} s", cases.len(), begun.elapsed().as_secs_f64());
     Ok(())
 }

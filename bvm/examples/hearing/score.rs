@@ -30,6 +30,8 @@ pub(crate) struct Outcome {
     /// Whether front and back were exchanged; `None` where there is no front and back.
     exchanged: Option<bool>,
     is_distance: bool,
+    /// The most probable distance, m; 0 if there was no source.
+    pub(crate) distance_m: f64,
     /// The probability that was stated, and whether the source was within 10 degrees.
     pub(crate) stated: (f64, bool),
 }
@@ -44,6 +46,7 @@ impl Outcome {
                 is_covered: false,
                 exchanged: None,
                 is_distance: false,
+                distance_m: 0.0,
                 stated: (0.0, false),
             };
         };
@@ -63,36 +66,71 @@ impl Outcome {
             is_covered: is_covered || found.flat,
             exchanged: (truth.abs() > SIDEWAYS).then(|| truth * azimuth.cos() * elevation.cos() < 0.0),
             is_distance: (first.distance_m / place.rho_m).ln().abs() < 1e-6,
+            distance_m: first.distance_m,
             stated: (first.probability, away <= 10.0),
         }
     }
 }
 
-/// The table.
-pub(crate) fn table(cases: &[Case], outcomes: &[Outcome]) -> String {
-    let mut rows: BTreeMap<(&str, bool, i64), Vec<&Outcome>> = BTreeMap::new();
+/// A row of the table.
+pub(crate) struct Summary {
+    pub(crate) set: &'static str,
+    pub(crate) is_noise: bool,
+    pub(crate) snr_db: f64,
+    count: usize,
+    pub(crate) azimuth_rms_deg: f64,
+    great_circle_deg: f64,
+    pub(crate) exchanged_percent: f64,
+    covered_percent: f64,
+    distance_percent: f64,
+}
+
+/// The rows, by set, kind of sound, and falling ratio.
+pub(crate) fn summary(cases: &[Case], outcomes: &[Outcome]) -> Vec<Summary> {
+    let mut rows: BTreeMap<(&'static str, bool, i64), Vec<&Outcome>> = BTreeMap::new();
     for (case, outcome) in cases.iter().zip(outcomes) {
         rows.entry((case.set, case.is_noise, -case.snr_db as i64)).or_default().push(outcome);
     }
-    let mut text =
-        "set     sound  dB    n  azimuth RMS  great circle  front-back  90 % holds  distance\n".to_owned();
-    for ((set, is_noise, snr_db), row) in rows {
+    let row = |((set, is_noise, snr_db), row): ((&'static str, bool, i64), Vec<&Outcome>)| {
         let count = row.len() as f64;
         let share = |test: &dyn Fn(&Outcome) -> bool| {
             100.0 * row.iter().filter(|one| test(one)).count() as f64 / count
         };
-        let rms = (row.iter().map(|one| one.azimuth_error_deg.powi(2)).sum::<f64>() / count).sqrt();
-        let mean = row.iter().map(|one| one.great_circle_deg).sum::<f64>() / count;
         let sided = row.iter().filter(|one| one.exchanged.is_some()).count().max(1) as f64;
         let exchanged = row.iter().filter(|one| one.exchanged == Some(true)).count() as f64;
+        Summary {
+            set,
+            is_noise,
+            snr_db: -snr_db as f64,
+            count: row.len(),
+            azimuth_rms_deg: (row.iter().map(|one| one.azimuth_error_deg.powi(2)).sum::<f64>() / count)
+                .sqrt(),
+            great_circle_deg: row.iter().map(|one| one.great_circle_deg).sum::<f64>() / count,
+            exchanged_percent: 100.0 * exchanged / sided,
+            covered_percent: share(&|one| one.is_covered),
+            distance_percent: share(&|one| one.is_distance),
+        }
+    };
+    rows.into_iter().map(row).collect()
+}
+
+/// The table.
+pub(crate) fn table(cases: &[Case], outcomes: &[Outcome]) -> String {
+    let mut text =
+        "set     sound  dB    n  azimuth RMS  great circle  front-back  90 % holds  distance\n".to_owned();
+    for row in summary(cases, outcomes) {
         let distance =
-            if set == "near" { format!("{:6.1} %", share(&|one| one.is_distance)) } else { String::new() };
+            if row.set == "near" { format!("{:6.1} %", row.distance_percent) } else { String::new() };
         text += &format!(
-            "{set:7} {:6} {:2} {count:4}  {rms:9.2}°  {mean:10.2}°  {:8.1} %  {:8.1} %  {distance}\n",
-            if is_noise { "noise" } else { "voices" },
-            -snr_db,
-            100.0 * exchanged / sided,
-            share(&|one| one.is_covered),
+            "{:7} {:6} {:2} {:4}  {:9.2}°  {:10.2}°  {:8.1} %  {:8.1} %  {distance}\n",
+            row.set,
+            if row.is_noise { "noise" } else { "voices" },
+            row.snr_db,
+            row.count,
+            row.azimuth_rms_deg,
+            row.great_circle_deg,
+            row.exchanged_percent,
+            row.covered_percent,
         );
     }
     text

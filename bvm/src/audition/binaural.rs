@@ -86,20 +86,34 @@ impl Cues {
         std::array::from_fn(|band| self.bands[band].cue(self.rate_hz, window_s(centres[band])))
     }
 
-    /// Adds the moments of another stretch of sound, heard at the same rate.
-    pub fn add(&mut self, other: &Cues) {
-        (0..BANDS).for_each(|band| self.add_band(other, band));
+    /// The correlogram: for each band the mean cross-correlation at each lag, from the one at which the right ear leads most
+    /// to that at which the left ear does; and the largest lag, s. Bands without cues have none.
+    pub fn correlogram(&self) -> (Vec<Vec<f64>>, f64) {
+        let mean = |band: &BandCues| {
+            let weight = band.weights[0].max(f64::MIN_POSITIVE);
+            band.curve.iter().map(|sum| sum / weight).collect::<Vec<f64>>()
+        };
+        let bands: Vec<Vec<f64>> = self.bands.iter().map(mean).collect();
+        let lags = bands.iter().map(Vec::len).max().unwrap_or(0) / 2;
+        (bands, lags as f64 / self.rate_hz)
     }
 
-    /// The same of one band.
-    pub(super) fn add_band(&mut self, other: &Cues, band: usize) {
+    /// Adds the moments of another stretch of sound, heard at the same rate.
+    pub fn add(&mut self, other: &Cues) {
+        (0..BANDS).for_each(|band| self.add_band(other, band, true));
+    }
+
+    /// The same of one band; the slope to the next band is that of both only where they have one source.
+    pub(super) fn add_band(&mut self, other: &Cues, band: usize, has_slope: bool) {
         let (own, other) = (&mut self.bands[band], &other.bands[band]);
         own.curve.resize(own.curve.len().max(other.curve.len()), 0.0);
         let sum = |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
         sum(&mut own.curve, &other.curve);
         sum(&mut own.weights, &other.weights);
         sum(&mut own.levels, &other.levels);
-        sum(&mut own.slopes, &other.slopes);
+        if has_slope {
+            sum(&mut own.slopes, &other.slopes);
+        }
     }
 
     /// No cues, at the same rate.

@@ -4,15 +4,15 @@
 //! direction, and the same for a rigid sphere at several distances. Invariant: time differences of all bands are those
 //! of one cycle; a head whose time differences contradict its azimuths is refused.
 
-use super::binaural::{BandCue, BinauralUnit, independent};
-use super::cochlea::{BANDS, Cochlea, Cochleagram, bands_at, centres_hz};
+use super::binaural::independent;
+use super::cochlea::{BANDS, centres_hz};
 use super::error::AuditionError;
 use super::head::{Head, Measured, Responses, lateral_sine};
+use super::played::{UNAMBIGUOUS_HZ, played};
 use super::sphere;
+use crate::error::Error;
 use crate::frame::Spherical;
 use crate::input;
-use bp_core::compiler::random::seeded;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -22,10 +22,6 @@ use std::path::Path;
 const VERSION: u32 = 2;
 /// Most bytes of the file: 16 MiB.
 const MOST_BYTES: u64 = 16 << 20;
-/// Length of the noise that is played from each direction, s.
-const NOISE_S: f64 = 0.4;
-/// How long the lowest band rings, s.
-const RINGING_S: f64 = 0.1;
 /// Sampling rate at which the sphere is calibrated, Hz.
 const SPHERE_RATE_HZ: f64 = 44_100.0;
 /// Distances of sources, m.
@@ -34,8 +30,6 @@ const DISTANCES_M: [f64; 6] = [0.25, 0.4, 0.63, 1.0, 1.6, 2.5];
 const ANGLES: usize = 19;
 /// Elevations and azimuths of the directions of a sphere, degrees.
 const SPHERE_STEPS: [f64; 2] = [10.0, 5.0];
-/// Bands whose time differences are of one cycle, Hz.
-const UNAMBIGUOUS_HZ: [f64; 2] = [450.0, 1500.0];
 /// Largest time difference of a head of a human's size, µs.
 const LARGEST_ITD_US: [f64; 2] = [400.0, 1000.0];
 /// The correlation between the time differences and the sines of the lateral angles of a head as described.
@@ -116,14 +110,14 @@ impl Calibration {
     ///
     /// # Errors
     /// A head whose time differences contradict its azimuths, or are not those of a head.
-    pub fn of(head: &Head, origin: Origin) -> Result<Calibration, AuditionError> {
+    pub fn of(head: &Head, origin: Origin) -> Result<Calibration, Error> {
         let independent = independent();
         let radius_m = match head {
             Head::Sphere(radius_m) => *radius_m,
             Head::Measured(_) => sphere::HEAD_RADIUS_M,
         };
         let sphere = Head::Sphere(radius_m);
-        let rows: Vec<Vec<CueRow>> = DISTANCES_M
+        let rows = DISTANCES_M
             .par_iter()
             .map(|distance| {
                 let at = |index: usize| {
@@ -133,7 +127,7 @@ impl Calibration {
                 };
                 (0..ANGLES).into_par_iter().map(at).collect()
             })
-            .collect();
+            .collect::<Result<Vec<Vec<CueRow>>, Error>>()?;
         let mut distance =
             DistanceLaw { reference_m: DISTANCES_M[5], distances_m: DISTANCES_M.to_vec(), rows };
         let directions = match head {
@@ -142,7 +136,7 @@ impl Calibration {
                 let mut distances: Vec<f64> = responses.measured.iter().map(|one| one.place.rho_m).collect();
                 distances.sort_by(f64::total_cmp);
                 distance.reference_m = distances.get(distances.len() / 2).copied().unwrap_or(DISTANCES_M[5]);
-                check(measured_directions(responses, &independent))?
+                check(measured_directions(responses, &independent)?)?
             }
         };
         Ok(Calibration {
@@ -245,70 +239,17 @@ pub(super) fn between(one: &CueRow, other: &CueRow, share: f64) -> CueRow {
     }
 }
 
-/// The cues of white noise that is filtered by two responses.
-fn played(ears: &[Vec<f64>; 2], rate_hz: f64, independent: &[f64; BANDS]) -> CueRow {
-    let mut random = seeded(0, "calibration of hearing");
-    let noise: Vec<f64> =
-        (0..(NOISE_S * rate_hz) as usize).map(|_| StandardNormal.sample(&mut random)).collect();
-    let [left, right] = [0, 1].map(|ear| super::synthesis::convolved(&noise, &ears[ear]));
-    // Responses of any scale are far from silence.
-    let loudest = left.iter().chain(&right).fold(f64::MIN_POSITIVE, |most, value| most.max(value.abs()));
-    let scaled = |ear: Vec<f64>| -> Vec<f64> { ear.iter().map(|value| value / loudest).collect() };
-    let cues = BinauralUnit::new(rate_hz, independent).hear(&scaled(left), &scaled(right)).bands();
-    CueRow { slope_db: slopes_db(ears, rate_hz), ..unwrapped(&cues) }
-}
-
-/// From each band to the next one, the power of both ears that a flat spectrum has after two responses, dB.
-fn slopes_db(ears: &[Vec<f64>; 2], rate_hz: f64) -> Vec<f64> {
-    let length = ears[0].len().max(ears[1].len()) + (RINGING_S * rate_hz) as usize;
-    let padded = |ear: &Vec<f64>| ear.iter().copied().chain(std::iter::repeat(0.0)).take(length).collect();
-    let [left, right]: [Vec<f64>; 2] = [padded(&ears[0]), padded(&ears[1])];
-    let mut block = Cochleagram::default();
-    Cochlea::new(rate_hz).filter(&left, &right, &mut block);
-    let energy = |band: usize| -> f64 {
-        let both = |row: &[f32; 2 * BANDS]| f64::from(row[band]) + f64::from(row[BANDS + band]);
-        block.power.iter().map(both).sum()
-    };
-    let level_db: Vec<f64> = (0..bands_at(rate_hz)).map(|band| 10.0 * energy(band).log10()).collect();
-    let slope = |band: usize| match (level_db.get(band), level_db.get(band + 1)) {
-        (Some(lower), Some(upper)) if lower.is_finite() && upper.is_finite() => {
-            ((upper - lower) * 1e3).round() / 1e3
-        }
-        _ => 0.0,
-    };
-    (0..BANDS).map(slope).collect()
-}
-
-/// Time differences of one cycle: those of high bands are moved by whole periods to the median of the bands that have
-/// one cycle only.
-fn unwrapped(cues: &[BandCue; BANDS]) -> CueRow {
-    let centres = centres_hz();
-    let unambiguous = |band: &usize| {
-        (UNAMBIGUOUS_HZ[0]..UNAMBIGUOUS_HZ[1]).contains(&centres[*band]) && cues[*band].count > 0.0
-    };
-    let mut sure: Vec<f64> = (0..BANDS).filter(unambiguous).map(|band| cues[band].itd_s).collect();
-    sure.sort_by(f64::total_cmp);
-    let middle = sure.get(sure.len() / 2).copied().unwrap_or(0.0);
-    let itd = |band: usize| {
-        let (itd, centre) = (cues[band].itd_s, centres[band]);
-        let cycles = if centre < UNAMBIGUOUS_HZ[1] { 0.0 } else { ((middle - itd) * centre).round() };
-        ((itd + cycles / centre) * 1e8).round() / 100.0
-    };
-    CueRow {
-        itd_us: (0..BANDS).map(itd).collect(),
-        ild_db: cues.iter().map(|cue| (cue.ild_db * 1e3).round() / 1e3).collect(),
-        slope_db: Vec::new(),
-    }
-}
-
-fn measured_directions(responses: &Responses, independent: &[f64; BANDS]) -> Vec<DirectionCues> {
+fn measured_directions(
+    responses: &Responses,
+    independent: &[f64; BANDS],
+) -> Result<Vec<DirectionCues>, Error> {
     let of = |one: &Measured| {
         let degrees = |angle: f64| (angle.to_degrees() * 1e4).round() / 1e4;
-        DirectionCues {
+        Ok(DirectionCues {
             azimuth_deg: degrees(one.place.azimuth),
             elevation_deg: degrees(one.place.elevation),
-            cues: played(&one.ears, responses.rate_hz, independent),
-        }
+            cues: played(&one.ears, responses.rate_hz, independent)?,
+        })
     };
     responses.measured.par_iter().map(of).collect()
 }

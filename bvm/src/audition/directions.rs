@@ -42,6 +42,21 @@ impl Searched {
         if is_plane { across } else { 0.5 * (across + half(self.edges_deg[1])) }
     }
 
+    /// The pixels of a panorama whose middles are in the cell: rows from below, columns from the left (azimuth 180 degrees).
+    pub(super) fn pixels(&self, [rows, columns]: [usize; 2]) -> Vec<(usize, usize)> {
+        let [[right, left], [below, above]] = self.edges_deg;
+        let row_deg = |row: usize| (row as f64 + 0.5) * 180.0 / rows as f64 - 90.0;
+        let column_deg = |column: usize| 180.0 - (column as f64 + 0.5) * 360.0 / columns as f64;
+        let is_row =
+            |row: &usize| (self.elevation_deg - below..self.elevation_deg + above).contains(&row_deg(*row));
+        let is_column = |column: &usize| {
+            let away = (column_deg(*column) - self.azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
+            (-right..left).contains(&away)
+        };
+        let inside: Vec<usize> = (0..columns).filter(is_column).collect();
+        (0..rows).filter(is_row).flat_map(|row| inside.iter().map(move |column| (row, *column))).collect()
+    }
+
     /// The solid angle of the cell, sr.
     pub(super) fn area(&self) -> f64 {
         let [[right, left], [below, above]] = self.edges_deg;

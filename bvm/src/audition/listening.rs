@@ -9,11 +9,12 @@ use super::calibration::{Calibration, DistanceLaw};
 use super::cochlea::BANDS;
 use super::directions::{Searched, Sphere};
 use super::error::AuditionError;
-use super::head::lateral_sine;
+use super::expected::Expected;
 use super::region::{Found, Posterior};
-use super::voices::{Unit, voices};
+use super::turns::{Turn, Turns};
+use super::voices::{Unit, separated};
 use crate::error::Error;
-use crate::frame::{Spherical, unit_vector};
+use crate::frame::unit_vector;
 use crate::programs::listening;
 
 /// Level differences and slopes beyond this are this, dB: the bound of the program.
@@ -31,54 +32,12 @@ pub enum Directions {
     Frontal,
 }
 
-/// The expected cues of places: of each direction at each distance, in ms and dB.
-#[derive(Clone, Debug, Default)]
-struct Expected {
-    tau: Vec<f64>,
-    l: Vec<f64>,
-    slope: Vec<f64>,
-    /// The solid angle of the cell.
-    area: Vec<f64>,
-    /// Half the usual size of a cell, degrees. It is one number: a deviation for each cell would be counted once for each
-    /// band, and make a source in a larger cell improbable.
-    size_deg: f64,
-}
-
-impl Expected {
-    fn of(cells: &[Searched], law: &DistanceLaw, distances_m: &[f64], is_plane: bool) -> Expected {
-        let mut sizes: Vec<f64> = cells.iter().map(|one| one.size_deg(is_plane)).collect();
-        sizes.sort_by(f64::total_cmp);
-        let size_deg = sizes.get(sizes.len() / 2).copied().unwrap_or_default();
-        let mut all = Expected { size_deg, ..Expected::default() };
-        for one in cells {
-            let (azimuth, elevation) = one.angles();
-            let sine = lateral_sine(Spherical { rho_m: 1.0, azimuth, elevation });
-            let far = law.cues(law.reference_m, sine);
-            for distance in distances_m {
-                let near = law.cues(*distance, sine);
-                for band in 0..BANDS {
-                    all.tau.push(1e-3 * (one.cues.itd_us[band] + near.itd_us[band] - far.itd_us[band]));
-                    all.l.push(one.cues.ild_db[band] + near.ild_db[band] - far.ild_db[band]);
-                    all.slope.push(one.cues.slope_db[band] + near.slope_db[band] - far.slope_db[band]);
-                }
-                all.area.push(if is_plane { one.edges_deg[0].iter().sum() } else { one.area() });
-            }
-        }
-        all
-    }
-
-    /// The same for one band.
-    fn band(&self, band: usize) -> Expected {
-        let of = |all: &[f64]| all.iter().skip(band).step_by(BANDS).copied().collect();
-        let [tau, l, slope] = [&self.tau, &self.l, &self.slope].map(|all| of(all));
-        Expected { tau, l, slope, area: self.area.clone(), size_deg: self.size_deg }
-    }
-}
-
 /// A listener with a calibrated head.
 #[derive(Clone, Debug)]
 pub struct Listening {
     sphere: Sphere,
+    /// All calibrated directions.
+    calibrated: Sphere,
     law: DistanceLaw,
     cells: Vec<Searched>,
     expected: Expected,
@@ -87,6 +46,8 @@ pub struct Listening {
     sines: Vec<f64>,
     of_angles: Vec<Expected>,
     frequency: Vec<f64>,
+    /// The posteriors of the last look: one for each voice.
+    last: Vec<(Vec<Searched>, Vec<f64>)>,
     answer: listening::place::Answer<f64>,
 }
 
@@ -111,8 +72,10 @@ impl Listening {
             law: law.clone(),
             expected: Expected::of(&cells, law, &law.distances_m, sphere.is_plane()),
             sphere,
+            calibrated: Sphere::new(&calibration.directions, false),
             cells,
             frequency: calibration.centres_hz.iter().map(|centre| centre * 1e-3).collect(),
+            last: Vec::new(),
             answer: Default::default(),
         })
     }
@@ -149,25 +112,70 @@ impl Listening {
     /// # Errors
     /// Only the kernel's own checks, which valid data pass.
     pub fn find(&mut self, cues: &[BandCue; BANDS]) -> Result<Found, Error> {
+        self.last.clear();
+        self.resolve(cues, &[])
+    }
+
+    /// The sources of a look during which the head was turned, in the axes of the map.
+    ///
+    /// # Errors
+    /// Only the kernel's own checks, which valid data pass.
+    pub fn find_turned(&mut self, heard: &Turns) -> Result<Found, Error> {
+        self.last.clear();
+        let (turns, groups) = heard.groups();
+        let mut cues: Vec<BandCue> = groups.iter().flat_map(|group| group.bands()).collect();
+        // The spectrum of the source is the same in all groups: it is evidence once.
+        let slopes = |group: &[BandCue]| group.iter().map(|cue| cue.slope_count).sum::<f64>();
+        let most = cues.chunks(BANDS).map(slopes).fold(0.0, f64::max);
+        let mut is_used = false;
+        for group in cues.chunks_mut(BANDS) {
+            let is_this = !is_used && slopes(group) >= most;
+            is_used |= is_this;
+            if !is_this {
+                group.iter_mut().for_each(|cue| cue.slope_count = 0.0);
+            }
+        }
+        self.resolve(&cues, &turns)
+    }
+
+    /// The sources of cues: those of all bands, for each turn if there are any.
+    fn resolve(&mut self, cues: &[BandCue], turns: &[Turn]) -> Result<Found, Error> {
         if cues.iter().all(|cue| cue.count == 0.0) {
             return Ok(Found::flat());
         }
-        let places = self.posterior(cues)?.to_vec();
+        let frequency = self.frequency.repeat(turns.len().max(1));
+        let turned;
+        let expected = if turns.is_empty() {
+            &self.expected
+        } else {
+            turned =
+                Expected::turned(&self.cells, &self.law, self.sphere.is_plane(), turns, &self.calibrated);
+            &turned
+        };
+        ask(expected, &frequency, cues, &mut self.answer)?;
+        let places = self.answer.distribution()[expected.area.len()..].to_vec();
         let coarse = self.sources(&places);
         let cells = match self.resolved(&places) {
             Some(cells) if !coarse.sources.is_empty() => cells,
-            _ => return Ok(coarse),
+            _ => {
+                self.last.push((self.cells.clone(), places));
+                return Ok(coarse);
+            }
         };
-        let expected = Expected::of(&cells, &self.law, &self.law.distances_m, self.sphere.is_plane());
-        ask(&expected, &self.frequency, cues, &mut self.answer)?;
-        let fine = Posterior {
-            cells: &cells,
-            distances_m: &self.law.distances_m,
-            places: &self.answer.distribution()[expected.area.len()..],
+        let is_plane = self.sphere.is_plane();
+        let expected = if turns.is_empty() {
+            Expected::of(&cells, &self.law, &self.law.distances_m, is_plane)
+        } else {
+            Expected::turned(&cells, &self.law, is_plane, turns, &self.calibrated)
         };
-        let found = fine.sources();
+        ask(&expected, &frequency, cues, &mut self.answer)?;
+        let fine = self.answer.distribution()[expected.area.len()..].to_vec();
+        let found = Posterior { cells: &cells, distances_m: &self.law.distances_m, places: &fine }.sources();
         // What needs too many small cells may do with the larger ones.
-        Ok(if found.flat { coarse } else { found })
+        let (cells, places, found) =
+            if found.flat { (self.cells.clone(), places, coarse) } else { (cells, fine, found) };
+        self.last.push((cells, places));
+        Ok(found)
     }
 
     /// The sources of a look, of which the cues of its parts are given: a part is a tenth of a second or so, in which each
@@ -191,9 +199,10 @@ impl Listening {
                 units.push(Unit { part, band, ratios });
             }
         }
+        self.last.clear();
         let mut found: Option<Found> = None;
-        for voice in voices(parts, &units, &self.sines, silence) {
-            let of_voice = self.find(&voice.bands())?;
+        for voice in separated(parts, &units, &self.sines, silence)? {
+            let of_voice = self.resolve(&voice.bands(), &[])?;
             match &mut found {
                 None => found = Some(of_voice),
                 Some(found) => {
@@ -206,6 +215,25 @@ impl Listening {
         let mut found = found.unwrap_or_else(Found::flat);
         found.sources.sort_by(|one, other| other.probability.total_cmp(&one.probability));
         Ok(found)
+    }
+
+    /// The posterior of the last look, for pictures: the density of each of `rows` by `columns` directions, per square
+    /// degree, from the left to the right and from below to above; and the probability of each distance. Those of several voices
+    /// are added.
+    pub fn pictured(&self, [rows, columns]: [usize; 2]) -> (Vec<f64>, Vec<f64>) {
+        let distances = self.law.distances_m.len();
+        let (mut densities, mut of_distance) = (vec![0.0; rows * columns], vec![0.0; distances]);
+        for (cells, places) in &self.last {
+            for (cell, places) in cells.iter().zip(places.chunks(distances)) {
+                of_distance.iter_mut().zip(places).for_each(|(sum, p)| *sum += p);
+                let square = cell.area() * (180.0 / std::f64::consts::PI).powi(2);
+                let density = places.iter().sum::<f64>() / square.max(1e-9);
+                for (row, column) in cell.pixels([rows, columns]) {
+                    densities[row * columns + column] += density;
+                }
+            }
+        }
+        (densities, of_distance)
     }
 
     /// The sources of a [`Listening::posterior`].

@@ -1,23 +1,18 @@
 //! Several sources at once: which source each band at each moment belongs to.
 //!
-//! In: the cues of the parts of a look. Out: the cues of each voice. Invariant: the cues of a look are those of its
-//! voices and of what belongs to none.
+//! In: the cues of the parts of a look. Out: the cues of each voice. Invariant: every probability is that of
+//! `models/voices.bp` and `models/voice.bp`; a band of a part belongs to one voice or to none.
 //!
-//! A band of a part is a unit, and has one source: voices overlap little in frequency and time. The likelihood of each unit
-//! for a source at each lateral angle is that of `models/listening.bp` for this band alone. The shares of the units that
-//! come from each lateral angle, and from no source, are those of greatest likelihood (expectation and maximisation). Sources
-//! on one cone of confusion are one voice here: it is their lateral angles that tell them apart.
+//! A band of a part is a unit. Sources on one cone of confusion are one voice here: it is their lateral angles that tell them
+//! apart.
 
 use super::binaural::Cues;
+use super::cochlea::BANDS;
+use crate::error::Error;
+use crate::programs::{voice, voices};
 
-/// Voices are at least this far apart, and what is within the half belongs to one: sines of lateral angles, which time
-/// differences follow.
-const APART: f64 = 0.23;
-/// The least share of a second voice in the units that have a source.
-const LEAST_SHARE: f64 = 0.2;
-/// Steps of expectation and maximisation, and the share of units of no source at their start.
-const STEPS: usize = 60;
-const STRAY: f64 = 0.2;
+/// Parts of the units that the first voice may have: alone, or before a second one.
+const PART: [f64; 4] = [1.0, 0.5, 0.62, 0.74];
 /// A unit is that of a voice from this probability on.
 const SURE: f64 = 0.5;
 
@@ -28,59 +23,63 @@ pub(super) struct Unit {
     pub(super) ratios: Vec<f64>,
 }
 
-/// The cues of each voice, the one with more units first; a single voice has all cues.
-pub(super) fn voices(parts: &[Cues], units: &[Unit], sines: &[f64], silence: Cues) -> Vec<Cues> {
+/// The cues of each voice; a single voice has all cues.
+pub(super) fn separated(
+    parts: &[Cues],
+    units: &[Unit],
+    sines: &[f64],
+    silence: Cues,
+) -> Result<Vec<Cues>, Error> {
     let whole = || {
         let mut all = silence.clone();
         parts.iter().for_each(|part| all.add(part));
-        vec![all]
+        Ok(vec![all])
     };
     if units.is_empty() {
         return whole();
     }
-    let shares = shares(units, sines.len());
-    let near = |at: usize, of: usize| (sines[at] - sines[of]).abs() <= 0.5 * APART;
-    let around = |of: usize| (0..shares.len()).filter(|at| near(*at, of)).map(|at| shares[at]).sum::<f64>();
-    let most = |free: &dyn Fn(usize) -> bool| {
-        (0..shares.len()).filter(|at| free(*at)).max_by(|one, other| around(*one).total_cmp(&around(*other)))
-    };
-    let Some(first) = most(&|_| true) else { return whole() };
-    let second = most(&|at| (sines[at] - sines[first]).abs() >= APART);
-    let heard = shares.iter().sum::<f64>();
-    let Some(second) = second.filter(|second| around(*second) >= LEAST_SHARE * heard) else { return whole() };
-    let stray = (1.0 - heard).max(0.0);
-    let mut found = vec![silence.clone(), silence.clone()];
-    for unit in units {
-        let weight = |at: usize| shares[at] * unit.ratios[at];
-        let total = stray + (0..shares.len()).map(weight).sum::<f64>();
-        for (voice, of) in found.iter_mut().zip([first, second]) {
-            let own: f64 = (0..shares.len()).filter(|at| near(*at, of)).map(weight).sum();
-            if own > SURE * total {
-                voice.add_band(&parts[unit.part], unit.band);
-            }
+    let largest = |unit: &Unit| unit.ratios.iter().fold(1.0, |most: f64, ratio| most.max(*ratio));
+    let none: Vec<f64> = units.iter().map(|unit| 1.0 / largest(unit)).collect();
+    let likely: Vec<f64> = (units.iter().zip(&none))
+        .flat_map(|(unit, none)| unit.ratios.iter().map(move |ratio| (ratio * none).min(1.0)))
+        .collect();
+    let found = voices::angles()
+        .units(units.len())
+        .angles(sines.len())
+        .part(&PART)
+        .sine(sines)
+        .likely(&likely)
+        .none(&none)
+        .heard(&vec![1.0; units.len()])
+        .ask()?;
+    let angles = sines.len();
+    let all = found.distribution();
+    let (of_one, of_two) = all.split_at(angles * angles);
+    if of_one.iter().sum::<f64>() >= 0.5 {
+        return whole();
+    }
+    let best = (0..of_two.len()).fold(0, |best, at| if of_two[at] > of_two[best] { at } else { best });
+    let (part, first, second) = (1 + best / (angles * angles), best / angles % angles, best % angles);
+    let at = |angle: usize| -> Vec<f64> { likely.iter().skip(angle).step_by(angles).copied().collect() };
+    let from = voice::unit()
+        .units(units.len())
+        .part(PART[part])
+        .stray(voices::DEFAULT_STRAY)
+        .first(&at(first))
+        .second(&at(second))
+        .none(&none)
+        .ask()?;
+    let mut voice_of = vec![[None; BANDS]; parts.len()];
+    for (number, unit) in units.iter().enumerate() {
+        voice_of[unit.part][unit.band] = (0..2).find(|voice| from.p(*voice)[number] > SURE);
+    }
+    let mut separated = vec![silence.clone(), silence];
+    for (part, voices) in parts.iter().zip(&voice_of) {
+        for (band, voice) in voices.iter().enumerate() {
+            let Some(voice) = *voice else { continue };
+            let has_slope = voices.get(band + 1) == Some(&Some(voice));
+            separated[voice as usize].add_band(part, band, has_slope);
         }
     }
-    found
-}
-
-/// The share of the units that come from each lateral angle.
-fn shares(units: &[Unit], angles: usize) -> Vec<f64> {
-    let mut shares = vec![(1.0 - STRAY) / angles as f64; angles];
-    let mut stray = STRAY;
-    for _ in 0..STEPS {
-        let mut sums = vec![0.0; angles];
-        let mut strays = 0.0;
-        for unit in units {
-            let total =
-                stray + shares.iter().zip(&unit.ratios).map(|(share, ratio)| share * ratio).sum::<f64>();
-            strays += stray / total;
-            for ((sum, share), ratio) in sums.iter_mut().zip(&shares).zip(&unit.ratios) {
-                *sum += share * ratio / total;
-            }
-        }
-        let count = units.len() as f64;
-        stray = strays / count;
-        shares = sums.iter().map(|sum| sum / count).collect();
-    }
-    shares
+    Ok(separated)
 }

@@ -1,12 +1,12 @@
 //! `bvm synth`: a binaural test sound.
 //!
-//! In: a sound of one channel, a head, a place or a path, a ratio of signal to noise. Out: a WAV file of two channels.
+//! In: sounds of one channel, a head, a place or a path for each, a ratio of signal to noise. Out: a WAV file of two channels.
 //! Invariant: a measured head has the checksum of its calibration.
 
 use super::print;
 use bvm::audition::synthesis::{Waypoint, add_noise, binaural};
 use bvm::audition::wave::{WaveReader, encode};
-use bvm::audition::{AuditionError, Calibration, Head, Origin, checksum, sofa, sphere};
+use bvm::audition::{AuditionError, Calibration, Head, Origin, checksum, resampled, sofa, sphere};
 use bvm::error::Error;
 use bvm::frame::Spherical;
 use bvm::report::write_atomically;
@@ -31,21 +31,26 @@ pub(crate) struct Arguments {
     /// A rigid sphere.
     #[arg(long)]
     sphere: bool,
-    /// The sound (WAV, one channel).
-    #[arg(long, value_name = "WAV")]
-    source: PathBuf,
+    /// A sound (WAV, one channel); several sound together, each with the place of its number.
+    #[arg(
+        long,
+        value_name = "WAV",
+        required = true,
+        help = "A sound (WAV, one channel); several sound together:\nthe places may be repeated as well, or are the same"
+    )]
+    source: Vec<PathBuf>,
     /// Azimuth, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
-    azimuth: f64,
+    #[arg(long, value_name = "DEG", default_value = "0", allow_negative_numbers = true)]
+    azimuth: Vec<f64>,
     /// Elevation, degrees.
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
-    elevation: f64,
+    #[arg(long, value_name = "DEG", default_value = "0", allow_negative_numbers = true)]
+    elevation: Vec<f64>,
     /// Distance, m.
-    #[arg(long, value_name = "M", default_value_t = 1.6)]
-    distance: f64,
-    /// Places over time (CSV), instead of one place.
+    #[arg(long, value_name = "M", default_value = "1.6")]
+    distance: Vec<f64>,
+    /// Places over time (CSV), instead of one place; one for each sound.
     #[arg(long, value_name = "CSV", conflicts_with_all = ["azimuth", "elevation", "distance"])]
-    path: Option<PathBuf>,
+    path: Vec<PathBuf>,
     /// Add white noise to each ear at this ratio of signal to noise, dB.
     #[arg(long, value_name = "DB", allow_negative_numbers = true)]
     snr: Option<f64>,
@@ -59,28 +64,28 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let head = head(arguments)?;
-    let mut source = WaveReader::open(&arguments.source)?;
-    let refuse = |path: &Path, reason: String| AuditionError::File { path: path.to_path_buf(), reason };
-    if source.channels() != 1 {
-        let reason = format!("{} channels: a source has one", source.channels());
-        return Err(refuse(&arguments.source, reason).into());
-    }
-    let sound = source.read(MOST_SAMPLES)?.swap_remove(0);
-    if sound.is_empty() {
-        return Err(refuse(&arguments.source, "there are no samples".to_owned()).into());
-    }
-    let path = match &arguments.path {
-        Some(file) => waypoints(file)?,
-        None => vec![
-            waypoint([0.0, arguments.azimuth, arguments.elevation, arguments.distance])
-                .map_err(AuditionError::Head)?,
-        ],
-    };
+    let paths = paths(arguments)?;
     if let Some(snr) = arguments.snr.filter(|snr| !(-60.0..=120.0).contains(snr)) {
         return Err(AuditionError::Head(format!("--snr is {snr} dB: expected -60 to 120")).into());
     }
-    let rate_hz = source.rate_hz();
-    let mut ears = binaural(&head, &sound, rate_hz, &path);
+    let mut rate_hz = 0.0;
+    let mut ears = [Vec::new(), Vec::new()];
+    for (file, path) in arguments.source.iter().zip(&paths) {
+        let (own_hz, sound) = sound(file)?;
+        if rate_hz == 0.0 {
+            rate_hz = own_hz;
+        }
+        let ratio = rate_hz / own_hz;
+        let sound = if ratio == 1.0 {
+            sound
+        } else {
+            resampled(&sound, ratio, 0.0, (sound.len() as f64 * ratio) as usize)
+        };
+        for (ear, heard) in ears.iter_mut().zip(binaural(&head, &sound, rate_hz, path)) {
+            ear.resize(ear.len().max(heard.len()), 0.0);
+            ear.iter_mut().zip(&heard).for_each(|(sum, value)| *sum += value);
+        }
+    }
     if let Some(snr) = arguments.snr {
         add_noise(&mut ears, snr, arguments.seed);
     }
@@ -93,7 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     // Where stdout is the sound, the report is beside it.
     let beside = bp_core::compiler::files::is_stream(&arguments.out);
     let print = |line: &str| if beside { eprintln!("{line}") } else { print(line) };
-    if let [only] = path.as_slice() {
+    for path in &paths {
+        let [only] = path.as_slice() else { continue };
         let (_, place) = head.responses(only.place, rate_hz);
         print(&format!(
             "source        azimuth {:.1}°, elevation {:.1}°, {:.2} m",
@@ -104,6 +110,49 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     print(&format!("wrote {}", arguments.out.display()));
     Ok(())
+}
+
+/// The sampling rate and the samples of a sound.
+fn sound(file: &Path) -> Result<(f64, Vec<f64>), Error> {
+    let mut source = WaveReader::open(file)?;
+    let refuse = |reason: String| AuditionError::File { path: file.to_path_buf(), reason };
+    if source.channels() != 1 {
+        let reason = format!("{} channels: a source has one", source.channels());
+        return Err(refuse(reason).into());
+    }
+    let sound = source.read(MOST_SAMPLES)?.swap_remove(0);
+    if sound.is_empty() {
+        return Err(refuse("there are no samples".to_owned()).into());
+    }
+    Ok((source.rate_hz(), sound))
+}
+
+/// The path of each source.
+fn paths(arguments: &Arguments) -> Result<Vec<Vec<Waypoint>>, Error> {
+    let count = arguments.source.len();
+    let refuse = |name: &str, found: usize| {
+        AuditionError::Head(format!("--{name} is given {found} times, and there are {count} sources"))
+    };
+    if !arguments.path.is_empty() {
+        if arguments.path.len() != count {
+            return Err(refuse("path", arguments.path.len()).into());
+        }
+        return Ok(arguments.path.iter().map(|file| waypoints(file)).collect::<Result<_, _>>()?);
+    }
+    let places = [
+        ("azimuth", &arguments.azimuth),
+        ("elevation", &arguments.elevation),
+        ("distance", &arguments.distance),
+    ];
+    let wrong = |(_, values): &&(&str, &Vec<f64>)| values.len() != 1 && values.len() != count;
+    if let Some((name, values)) = places.iter().find(wrong) {
+        return Err(refuse(name, values.len()).into());
+    }
+    let path = |number: usize| {
+        let [azimuth, elevation, distance] = places.map(|(_, values)| values[number.min(values.len() - 1)]);
+        Ok(vec![waypoint([0.0, azimuth, elevation, distance]).map_err(AuditionError::Head)?])
+    };
+    (0..count).map(path).collect()
 }
 
 fn head(arguments: &Arguments) -> Result<Head, Error> {

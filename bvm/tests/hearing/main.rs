@@ -6,6 +6,8 @@
 mod ears;
 mod files;
 mod places;
+mod turning;
+mod voices;
 
 use bp_core::compiler::random::seeded;
 use rand_distr::{Distribution, StandardNormal};

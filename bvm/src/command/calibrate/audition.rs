@@ -53,7 +53,9 @@ pub(super) fn run(arguments: &Audition) -> Result<(), Error> {
         None => (Head::Sphere(arguments.radius), Origin::Sphere { radius_m: arguments.radius }),
     };
     let calibration = Calibration::of(&head, origin).map_err(|error| match (error, &arguments.hrir) {
-        (AuditionError::Head(reason), Some(path)) => AuditionError::File { path: path.clone(), reason },
+        (Error::Audition(AuditionError::Head(reason)), Some(path)) => {
+            AuditionError::File { path: path.clone(), reason }.into()
+        }
         (error, _) => error,
     })?;
     write_atomically(&arguments.out, calibration.text().as_bytes())?;
