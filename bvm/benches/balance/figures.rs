@@ -116,7 +116,8 @@ impl Head {
         self.orientation = rotation::normalised(rotation::product(self.orientation, turn));
         let to_head = rotation::transposed(&rotation::matrix(self.orientation));
         let up = rotation::apply(&to_head, [0.0, 0.0, GRAVITY]);
-        self.human.move_on(rate, std::array::from_fn(|axis| up[axis] + acceleration[axis]));
+        let force = std::array::from_fn(|axis| up[axis] + acceleration[axis]);
+        self.human.move_on(rate, force).expect("finite readings");
     }
 }
 

@@ -132,7 +132,7 @@ struct Person {
 }
 
 impl Person {
-    fn feel(&mut self, rate: Vector, force: Option<Vector>, step: f64) {
+    fn feel(&mut self, rate: Vector, force: Option<Vector>, step: f64) -> Result<(), Error> {
         self.force = force.unwrap_or(self.force);
         self.time += step;
         for axis in 0..3 {
@@ -143,12 +143,13 @@ impl Person {
         // A little rounding must not cost an instant.
         let instants = ((self.time + 1e-9) / DT).floor();
         for _ in 0..instants as u32 {
-            self.human.move_on(means[0], means[1]);
+            self.human.move_on(means[0], means[1])?;
         }
         if instants > 0.0 {
             self.time = (self.time - instants * DT).max(0.0);
             self.sums = means.map(|mean| mean.map(|cell| cell * self.time));
         }
+        Ok(())
     }
 }
 
@@ -229,7 +230,7 @@ impl Stream {
             self.since = self.since.map(|since| since + step);
         }
         if self.settings.profile == Profile::Human {
-            self.person(&row, step);
+            self.person(&row, step)?;
         }
         if let Some(rate) = row.rate {
             self.turn(rate, &mut events);
@@ -268,7 +269,7 @@ impl Stream {
     }
 
     /// A person starts at rest, with the first force; what was not measured for long is not felt.
-    fn person(&mut self, row: &Row, step: Option<f64>) {
+    fn person(&mut self, row: &Row, step: Option<f64>) -> Result<(), Error> {
         match (&mut self.person, row.force) {
             (None, Some(force)) => {
                 let human = Human::at_rest(force, self.settings.heading);
@@ -278,11 +279,12 @@ impl Stream {
                 if let Some((rate, step)) =
                     row.rate.or(self.last_rate).zip(step.filter(|step| *step <= BRIDGED_S))
                 {
-                    person.feel(rate, force, step);
+                    person.feel(rate, force, step)?;
                 }
             }
             (None, None) => {}
         }
+        Ok(())
     }
 
     /// The gyroscope's reading stands for the time since the one before.

@@ -60,7 +60,7 @@ impl Nests<'_> {
                 Node::Mass(..) => true,
                 _ => false,
             };
-            is_dear && !self.axes_of(*value).iter().any(|axis| loops.inner.contains(axis))
+            is_dear && !self.schedule.axes_of(*value).iter().any(|axis| loops.inner.contains(axis))
         };
         if levels[order.len()].iter().any(is_repeated) {
             return None;

@@ -10,7 +10,7 @@ use super::text::Text;
 use super::value::constant;
 use super::values::Enums;
 use crate::ids::{BufferId, ParameterId};
-use crate::kernel::{InputKey, SizeKey};
+use crate::kernel::{InputKey, Role, SizeKey};
 use crate::model::{Model, ParameterKind};
 
 /// The methods of a builder that are not inputs.
@@ -107,6 +107,18 @@ impl Interface<'_> {
                 Given::Slice(field) => {
                     let key = buffer.role.input().cloned();
                     Some(Setter { key, ..Setter::of_slice(field, documentation) })
+                }
+                Given::Table(field) => {
+                    let Role::Table { key, numbers } = &buffer.role else { return None };
+                    let kind = "&'a [f64]".to_owned();
+                    let numbers: Vec<String> = numbers.iter().map(|number| constant(*number)).collect();
+                    Some(Setter {
+                        key: key.clone(),
+                        taken: kind.clone(),
+                        kind,
+                        default: Some(format!("&[{}]", numbers.join(", "))),
+                        ..Setter::of_slice(field, documentation)
+                    })
                 }
                 Given::Number(field) => {
                     let (kind, taken, default) = match buffer.role.input() {

@@ -6,7 +6,7 @@
 
 use super::nest::Nests;
 use crate::ids::{AxisId, BufferId, ValueId};
-use crate::kernel::schedule::{Loops, reachable, roots};
+use crate::kernel::schedule::{Loops, roots};
 use crate::kernel::{Index, Kernel, Node, Reduce};
 use crate::operators::Unary;
 use std::collections::{BTreeSet, HashMap};
@@ -44,26 +44,23 @@ impl Fused<'_> {
     }
 }
 
-/// The known, short axes of a nest.
-pub(super) fn written_out(kernel: &Kernel, loops: &Loops) -> Vec<AxisId> {
-    let calls = |value: &ValueId| match &kernel.nodes[*value] {
-        Node::Unary(operator, _) => !matches!(operator, Unary::Negate | Unary::Not | Unary::Absolute),
-        Node::Mass(..) => true,
-        _ => false,
-    };
-    // Values that are the same in all lanes are computed outside them.
-    let lane = kernel.parallel.last();
-    let varies = |value: &ValueId| {
-        let parts = reachable(kernel, *value);
-        parts.into_iter().any(|part| kernel.nodes[part].axes().iter().any(|axis| Some(axis) == lane))
-    };
-    let has_calls = loops.levels.iter().flatten().any(|value| calls(value) && varies(value));
-    let most = WRITTEN_OUT[usize::from(has_calls)];
-    let short = |axis: &&AxisId| kernel.axes[**axis].extent.known().is_some_and(|count| count <= most);
-    loops.outer.iter().chain(&loops.inner).filter(short).copied().collect()
-}
-
 impl<'k> Nests<'k> {
+    /// The known, short axes of a nest.
+    pub(super) fn written_out(&self, loops: &Loops) -> Vec<AxisId> {
+        let calls = |value: &ValueId| match &self.kernel.nodes[*value] {
+            Node::Unary(operator, _) => !matches!(operator, Unary::Negate | Unary::Not | Unary::Absolute),
+            Node::Mass(..) => true,
+            _ => false,
+        };
+        // Values that are the same in all lanes are computed outside them.
+        let mut values = loops.levels.iter().flatten();
+        let has_calls = values.any(|value| calls(value) && self.schedule.is_varying(*value));
+        let most = WRITTEN_OUT[usize::from(has_calls)];
+        let short =
+            |axis: &&AxisId| self.kernel.axes[**axis].extent.known().is_some_and(|count| count <= most);
+        loops.outer.iter().chain(&loops.inner).filter(short).copied().collect()
+    }
+
     /// The group's nests in the order of execution.
     pub(super) fn items(&self) -> Vec<Item<'k>> {
         let mut rest: Vec<&'k Loops> = self.group.nests.iter().collect();
@@ -125,7 +122,7 @@ impl<'k> Nests<'k> {
         if matches!(nest.reduce, Reduce::Scan { .. }) {
             return None;
         }
-        let short = written_out(self.kernel, loops);
+        let short = self.written_out(loops);
         let copies: usize = short.iter().filter_map(|axis| self.kernel.axes[*axis].extent.known()).product();
         let long: Vec<AxisId> =
             loops.outer.iter().chain(&loops.inner).filter(|axis| !short.contains(axis)).copied().collect();
@@ -138,7 +135,7 @@ impl<'k> Nests<'k> {
         let kept = loops.levels.iter().take(loops.levels.len() - 1).flatten().any(|value| {
             self.varies(*value)
                 && !matches!(self.kernel.nodes[*value], Node::Load { .. })
-                && !long.iter().all(|axis| self.axes_of(*value).contains(axis))
+                && !long.iter().all(|axis| self.schedule.axes_of(*value).contains(axis))
         });
         match long.as_slice() {
             _ if !plain || copies > MOST_COPIES || (kept && !long.is_empty()) => None,
@@ -166,15 +163,6 @@ impl<'k> Nests<'k> {
                 && running.into_iter().all(|(index, axis)| *index == Index::Axis(*axis))
                 && fused.axis.is_none_or(|axis| maker.outer.contains(&axis))
         })
-    }
-
-    /// The axes on which a value depends.
-    pub(super) fn axes_of(&self, value: ValueId) -> BTreeSet<AxisId> {
-        let mut axes: BTreeSet<AxisId> = self.kernel.nodes[value].axes().into_iter().collect();
-        for operand in self.kernel.operands(value) {
-            axes.extend(self.axes_of(operand));
-        }
-        axes
     }
 }
 

@@ -26,6 +26,8 @@ pub(super) enum Given {
     Derived(String),
     /// A part of a field of the inputs: a slice, with its place.
     Part(String, usize),
+    /// A field of the inputs, a slice in f64 with a default: the numbers of a parameter.
+    Table(String),
 }
 
 /// The field that an output shares with others, and its place there.
@@ -138,8 +140,11 @@ impl<'k> Interface<'k> {
                     }
                     None => Given::Slice(naming.input(key, &input_name(&buffer.name))),
                 },
+                Role::Table { key: Some(key), .. } => {
+                    Given::Table(naming.input(key, &input_name(&buffer.name)))
+                }
                 // The host gives none of these.
-                Role::Table { .. } | Role::Scratch | Role::Output(_) => continue,
+                Role::Table { key: None, .. } | Role::Scratch | Role::Output(_) => continue,
             };
             interface.inputs.push((id, given));
         }
@@ -186,7 +191,7 @@ impl<'k> Interface<'k> {
         let is_its = |(id, _): &&(BufferId, Given)| matches!(self.kernel.buffers[*id].role.input(), Some(InputKey::Value(own, _)) if *own == variable);
         match &self.inputs.iter().find(is_its)?.1 {
             Given::Number(field) | Given::Slice(field) => Some(field),
-            Given::Derived(_) | Given::Part(..) => None,
+            Given::Derived(_) | Given::Part(..) | Given::Table(_) => None,
         }
     }
 
@@ -279,6 +284,9 @@ impl<'k> Interface<'k> {
                     let field = &size.field;
                     text.line(format!("let named = named.number({name:?}, inputs.{field} as f64);"))
                 }
+                (Given::Table(field), _) => text.line(format!(
+                    "let named = named.numbers({name:?}, ::std::borrow::Cow::Borrowed(inputs.{field}));"
+                )),
                 (Given::Derived(_), None) | (Given::Part(..), _) => {}
             }
         }
@@ -313,10 +321,11 @@ impl<'k> Interface<'k> {
                 Given::Number(field) => (field, "T"),
                 Given::Slice(field) => (field, "&'a [T]"),
                 Given::Part(field, 0) => (field, "&'a [T]"),
+                Given::Table(field) => (field, "&'a [f64]"),
                 Given::Part(..) | Given::Derived(_) => continue,
             };
-            borrows |= matches!(given, Given::Slice(_) | Given::Part(..));
-            numbers = true;
+            borrows |= !matches!(given, Given::Number(_));
+            numbers |= !matches!(given, Given::Table(_));
             fields.documented(&documentation::input(self.kernel, *id));
             fields.line(format!("pub {field}: {kind},"));
         }

@@ -185,7 +185,7 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
         text.line(format!("let {len}: usize = {whole};"));
         let broadcast = matches!(buffer.role, Role::Input { broadcast: true, .. });
         match &buffer.role {
-            Role::Input { .. } => match interface.given(id) {
+            Role::Input { .. } | Role::Table { key: Some(_), .. } => match interface.given(id) {
                 Given::Number(field) => match domain(interface, id, buffer, text) {
                     Some(domain) => {
                         text.line(format!("let {name}: [T; 1] = [{domain}.ordinal(inputs.{field})?];"));
@@ -219,6 +219,10 @@ fn buffers(kernel: &Kernel, interface: &Interface<'_>, text: &mut Text) {
                         ));
                     }
                     text.line(format!("let {name}: &[T] = &inputs.{field}[{place} * {len}..][..{len}];"));
+                }
+                Given::Table(field) => {
+                    text.line(format!("let {name}: &[f64] = inputs.{field};"));
+                    text.line(format!("check_length({:?}, {name}.len(), {len})?;", buffer.name));
                 }
             },
             Role::Table { numbers, .. } => {

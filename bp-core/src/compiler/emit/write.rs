@@ -5,7 +5,7 @@
 //! A tile is an array of known length, so that it stays in registers and each number is stored once.
 
 use super::blocks::Room;
-use super::fused::{Fused, Run, choices, values, written_out};
+use super::fused::{Fused, Run, choices, values};
 use super::nest::{Nests, folded};
 use crate::ids::{AxisId, BufferId, Id, ValueId};
 use crate::kernel::Check;
@@ -111,7 +111,7 @@ impl Nests<'_> {
     fn parts(&mut self, run: &Run<'_>, fused: &Fused<'_>, known: &mut BTreeSet<Instance>) -> Parts {
         let mut parts = Parts::default();
         for loops in &fused.nests {
-            let short = written_out(self.kernel, loops);
+            let short = self.written_out(loops);
             let nest = &self.kernel.nests[loops.nest];
             let needed = values(self.kernel, loops);
             needed.iter().for_each(|value| self.depth[value.position()] = 0);
@@ -152,7 +152,7 @@ impl Nests<'_> {
     }
 
     fn copy_of(&self, value: ValueId, choice: &Choice) -> Instance {
-        (value, self.copy(self.axes_of(value).into_iter(), choice))
+        (value, self.copy(self.schedule.axes_of(value).iter().copied(), choice))
     }
 
     /// Adds a value to the part in which it is computed.
@@ -168,7 +168,7 @@ impl Nests<'_> {
         if !parts.named.insert(copy.clone()) {
             return;
         }
-        let inside = fused.axis.is_some_and(|axis| self.axes_of(value).contains(&axis));
+        let inside = fused.axis.is_some_and(|axis| self.schedule.axes_of(value).contains(&axis));
         let lane = |of: Expression| Statement::Let(local(Of::Lane, &copy), Type::Lane, of);
         let mut made: Vec<Statement> = Vec::new();
         if !self.varies(value) {

@@ -15,8 +15,10 @@ use std::collections::BTreeSet;
 pub struct Schedule {
     /// The groups, in order.
     pub groups: Vec<Group>,
-    /// For each value: whether it differs along the lanes.
-    pub varying: Vec<bool>,
+    /// For each value: the axes on which it depends.
+    axes: Vec<BTreeSet<AxisId>>,
+    /// The axis of the lanes.
+    lane: Option<AxisId>,
     /// For each buffer: whether it lives for one block only.
     pub local: Vec<bool>,
 }
@@ -46,7 +48,6 @@ pub struct Loops {
 impl Schedule {
     /// Schedules a kernel.
     pub fn of(kernel: &Kernel) -> Self {
-        let varying = varying(kernel);
         let mut groups: Vec<Group> = Vec::new();
         let mut pass: Vec<usize> = Vec::new();
         for (position, nest) in kernel.nests.iter().enumerate() {
@@ -83,12 +84,18 @@ impl Schedule {
                     .iter()
                     .all(|group| (group.parallel && made_in(group)) || !(made_in(group) || read_in(group)))
         });
-        Self { local: local.collect(), groups, varying }
+        let lane = kernel.parallel.last().copied();
+        Self { axes: axes(kernel), lane, local: local.collect(), groups }
     }
 
     /// Whether a value differs along the lanes.
     pub fn is_varying(&self, value: ValueId) -> bool {
-        self.varying[value.position()]
+        self.lane.is_some_and(|lane| self.axes_of(value).contains(&lane))
+    }
+
+    /// The axes on which a value depends.
+    pub fn axes_of(&self, value: ValueId) -> &BTreeSet<AxisId> {
+        &self.axes[value.position()]
     }
 }
 
@@ -116,16 +123,15 @@ pub(crate) fn reachable(kernel: &Kernel, root: ValueId) -> BTreeSet<ValueId> {
     seen
 }
 
-fn varying(kernel: &Kernel) -> Vec<bool> {
-    let lane = kernel.parallel.last().copied();
-    let mut varying = vec![false; kernel.nodes.len()];
+fn axes(kernel: &Kernel) -> Vec<BTreeSet<AxisId>> {
+    let mut axes: Vec<BTreeSet<AxisId>> = Vec::with_capacity(kernel.nodes.len());
     // Operands precede the nodes that use them, so one pass is enough.
     for (id, node) in kernel.nodes.iter() {
-        let own = node.axes().into_iter().any(|axis| Some(axis) == lane);
-        varying[id.position()] =
-            own || kernel.operands(id).into_iter().any(|operand| varying[operand.position()]);
+        let mut own: BTreeSet<AxisId> = node.axes().into_iter().collect();
+        kernel.operands(id).into_iter().for_each(|operand| own.extend(&axes[operand.position()]));
+        axes.push(own);
     }
-    varying
+    axes
 }
 
 fn group(kernel: &Kernel, nests: &[usize], parallel: bool) -> Group {
