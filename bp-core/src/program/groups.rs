@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::model::{Ask, Finding, Question, Searched, Statistic, Value, When};
-use crate::plan::{Group, Options};
+use crate::plan::{Group, Options, Strategy};
 use crate::sample::Observations;
 use crate::spelling::exact;
 use std::collections::HashMap;
@@ -69,10 +69,14 @@ pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Po
             Finding::Hard(Value::Ordinal(ordinal)) => Some((known.variable, 0, ordinal)),
             _ => None,
         };
-        let last = all.knowledge.known.pop().as_ref().and_then(hard);
-        let last = last.ok_or_else(|| Error::input(program.name(), "every variable is observed"))?;
-        all.knowledge.elements.hard.push(last);
-        free.push(last.0);
+        let is_finite = program.model().variables.values().all(|variable| variable.domain.is_finite());
+        match all.knowledge.known.pop().as_ref().and_then(hard).filter(|_| is_finite) {
+            Some(last) => {
+                all.knowledge.elements.hard.push(last);
+                free.push(last.0);
+            }
+            None => return Several::new(program, &setting, &inputs, evidence)?.all_observed(evidence),
+        }
     }
     let mode = all.ask(Statistic::Argmax { nearest: None }, &free);
     let answers = all.answers(vec![mode.clone()], Group::Mode)?;
@@ -211,6 +215,29 @@ impl<'p> Several<'p> {
         let question = Question { name: "group".to_owned(), asks, derived: Vec::new() };
         let options = (program.sampling, Options { group, ..program.options });
         together(program.model(), &question, &self.knowledge.elements, self.inputs, options)
+    }
+
+    /// The only assignment, where every variable is observed.
+    fn all_observed(&self, evidence: &Evidence) -> Result<Posterior, Error> {
+        let program = self.names.program;
+        let mode = self.ask(Statistic::Argmax { nearest: None }, &[]);
+        let nothing = Row { values: Vec::new(), figure: Figure::LnProbability { ln_p: 0.0 } };
+        let ln_p = self.ln_joint(&mode, &nothing)?;
+        if ln_p == f64::NEG_INFINITY {
+            let names = mode.known.iter().map(|known| program.model().variable_name(known.variable));
+            return Err(Error::Impossible(names.collect::<Vec<_>>().join(", ").into()));
+        }
+        let row = self.assignment(&nothing, ln_p + program.opened.ln_scale);
+        let answer = Answer {
+            question: format!("argmax {}{}", program.name(), given(program, evidence)),
+            ln_evidence: None,
+            estimate: None,
+            answer: vec![row].into(),
+            strategy: Strategy::Sums,
+            when: When::Now,
+            parts: Vec::new(),
+        };
+        Ok(Posterior::new(program, answer))
     }
 
     /// ln of the joint probability of the evidence and of the values in a row, which holds all other variables.

@@ -351,3 +351,15 @@ fn programs_that_cannot_be_learned_are_refused() {
     );
     assert!(refused(&hidden, "K,Y\n1,2\n0,3\n").contains("missing in some cases"));
 }
+
+/// 10¹⁷ of `true` beside one `false`: 1 − P(true) rounds to 0.
+#[test]
+fn a_small_probability_of_false_is_written() {
+    let text = program("K : bool;", "P(K)", "P(K) = unknown(histogram);");
+    let mut learner = Learner::new(&model_of(&text)).unwrap();
+    let table = read_table(Path::new("data.csv"), "K,w\ntrue,1e17\nfalse,1\n".as_bytes()).unwrap();
+    let columns = Columns { weight: Some("w".to_owned()), ..Columns::default() };
+    learner.observe_table(&table, &columns).unwrap();
+    let learned = learner.learned().unwrap();
+    near(&both(&text, &learned, "P(K = false)"), &[1e-17], 1e-30);
+}

@@ -88,8 +88,11 @@ pub fn marginals(
     let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
     // P(evidence) by the chain rule: P(all but the last observation) times the posterior probability of the last.
     let mut last = None;
+    // A finite one, where there is one: its posterior is a table in every strategy.
+    let is_hard = |known: &Known| matches!(known.evidence, Finding::Hard(_));
+    let place = |is: &dyn Fn(&Known) -> bool| known.iter().rposition(is);
     if searched.is_empty()
-        && let Some(at) = known.iter().rposition(|known| matches!(known.evidence, Finding::Hard(_)))
+        && let Some(at) = place(&|known| ordinal(known).is_some()).or_else(|| place(&is_hard))
     {
         let known = known.remove(at);
         searched.push(known.variable);
@@ -246,6 +249,9 @@ fn ln_of(known: &Known, answer: &Answer) -> Option<f64> {
             Some(Law::Normal.ln_density(&mut Numbers, *value, &[*mean.first()?, covariance.first()?.sqrt()]))
         }
         (PartLaw::Draws(..), _) => part.probabilities()?.get(ordinal(known)?).map(|p| p.ln()),
+        (law, Finding::Hard(Value::Real(value))) => {
+            Some(law.density(&[*value])).filter(|density| *density > 0.0).map(f64::ln)
+        }
         _ => None,
     }
 }

@@ -131,7 +131,11 @@ fn table(model: &Model, factor: &Factor, rows: &[Vec<ExpressionId>]) -> String {
     if factor.right.is_empty() {
         let numbers = row(&rows[0]);
         return match (factor.left.as_slice(), numbers.as_slice()) {
-            ([left], [_, chance]) if model.variables[left.variable].domain == Domain::Boolean => {
+            // `bernoulli` has one number: it does not hold a small probability of `false`.
+            ([left], [rest, chance])
+                if model.variables[left.variable].domain == Domain::Boolean
+                    && (1.0 - chance - rest).abs() <= 1e-12 * rest =>
+            {
                 format!("bernoulli({})", number(*chance))
             }
             ([_], _) => format!("categorical({})", list(numbers)),

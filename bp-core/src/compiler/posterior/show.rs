@@ -41,7 +41,12 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
     }
     let rows = answer.answer.first_rows(shown);
     if rows.is_empty() {
-        writeln!(out, "  no value is possible")?;
+        let is_possible = answer.ln_evidence.is_some_and(f64::is_finite);
+        writeln!(
+            out,
+            "  {}",
+            if is_possible { "every variable is observed" } else { "no value is possible" }
+        )?;
     }
     let largest = answer.answer.largest_probability();
     let covariances = answer.covariances();

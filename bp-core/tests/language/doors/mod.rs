@@ -38,6 +38,25 @@ fn reals_have_moments_intervals_and_densities() {
     fails(x.quantile(1.5), &["between 0 and 1"]);
 }
 
+/// ln N(1; 0, 1) and ln N(2; 1, 1) are −½ − ½ ln 2π each.
+#[test]
+fn what_is_observed_as_a_whole_has_its_probability() {
+    let normal = -0.5 - 0.5 * std::f64::consts::TAU.ln();
+    let line = Program::parse(LINE).unwrap();
+    let seen = evidence! { X: 1.0, Y: 2.0, Z: 3.0 };
+    near(line.marginals(&seen).unwrap().ln_evidence().unwrap(), 3.0 * normal);
+    near(line.most_probable(&seen).unwrap().number().unwrap(), 3.0 * normal);
+    let text = "program Mixed {
+        variables { K : bool; X : real; }
+        decomposition { P(K) P(X | K) }
+        forms { P(K) = bernoulli(0.25); P(X | K) = normal(if K { 1 } else { 0 }, 1); }
+    }";
+    let mixed = Program::parse(text).unwrap();
+    let seen = evidence! { K: false, X: 1.0 };
+    near(mixed.marginals(&seen).unwrap().ln_evidence().unwrap(), 0.75f64.ln() + normal);
+    near(mixed.most_probable(&seen).unwrap().number().unwrap(), 0.75f64.ln() + normal);
+}
+
 #[test]
 fn draws_have_errors_and_weights() {
     let program = Program::parse(

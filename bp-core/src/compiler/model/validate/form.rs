@@ -198,6 +198,14 @@ fn branch_faults(
                     format!("`previous({of})` is a distribution of `{of}`, but {}", is()),
                 ));
             }
+            let left = model.factors[id].left[0].variable;
+            if let Some(now) = model.variables[left].previous_of.filter(|now| now != of) {
+                let [left, now, of] = [left, now, *of].map(|id| model.variable_name(id));
+                let message = format!(
+                    "`{left}` is `{now}` at the previous instant: write `previous({now})`, not `previous({of})`"
+                );
+                faults.push(fault(place, message));
+            }
             branch_faults(model, id, otherwise, domain, name, faults);
         }
         Form::Weights(_) if !domain.is_finite() => {

@@ -22,7 +22,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
     let searched = ask.searched.iter().map(|item| item.variable);
     let axes: BTreeSet<VariableId> = carried.iter().map(|(now, _)| *now).chain(searched).collect();
     if let Some(id) = axes.iter().find(|id| !model.variables[**id].domain.is_finite()) {
-        return Some(format!("`{}` is not finite, and not everything is linear and Gaussian", name(*id)));
+        return Some(format!("`{}` is not finite", name(*id)));
     }
     let mut states = 1.0;
     for id in axes.iter().filter(|id| model.variables[**id].family.is_some()) {
@@ -56,10 +56,7 @@ pub(crate) fn refusal(model: &Model, ask: &Ask, carried: &[(VariableId, Variable
                 return Some(format!("`{}` is observed, and has a `dirac` form", name(id)));
             }
             false if !is_dirac(form) => {
-                return Some(format!(
-                    "`{}` is real and would have to be integrated, and not everything is linear and Gaussian",
-                    name(id)
-                ));
+                return Some(format!("`{}` is real and would have to be integrated", name(id)));
             }
             _ => {}
         }
@@ -76,7 +73,9 @@ impl strategies::Engine for Engine {
         over_time::check(model, ask)?;
         let carried = carried(model);
         if let Some(reason) = refusal(model, ask, &carried) {
-            return Err(refused(model, asks, &reason));
+            let is_real = model.variables.values().any(|variable| !variable.domain.is_finite());
+            let rest = if is_real { ", and not everything is linear and Gaussian" } else { "" };
+            return Err(refused(model, asks, &format!("{reason}{rest}")));
         }
         over_time::check_sequence(model, ask)?;
         Ok(Route::OverTime(OverTime { asks: asks.to_vec(), carried, by: By::Chain }))
