@@ -47,8 +47,8 @@ struct BandCues {
     curve: Vec<f64>,
     /// Sums over moments of the weight, of its square, and of the coherence times the weight.
     weights: [f64; 3],
-    /// Sums over the moments that are coherent enough for levels: their number, and ΔL in dB.
-    levels: [f64; 2],
+    /// Sums over the moments that are coherent enough for levels: their number, ΔL in dB, and the coherence.
+    levels: [f64; 3],
     /// The same over the moments at which the next band is coherent enough too: their number, and the slope in dB.
     slopes: [f64; 2],
 }
@@ -73,6 +73,8 @@ pub struct BandCue {
     pub ild_db: f64,
     /// The number of independent moments of the level; 0 if there was none.
     pub level_count: f64,
+    /// Mean coherence, as above, of the moments of the level; 0 if there was none.
+    pub level_coherence: f64,
     /// The power of both ears in the next higher band, relative to this one, dB.
     pub slope_db: f64,
     /// The number of independent moments of the slope; 0 if there was none.
@@ -135,7 +137,7 @@ impl BandCues {
         let shift = if bend < 0.0 { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 };
         // Moments within two windows are not independent.
         let dependent = (2.0 * window_s / HOP_S).max(1.0);
-        let [count, level] = self.levels;
+        let [count, level, of_levels] = self.levels;
         let [slope_count, slope] = self.slopes;
         BandCue {
             itd_s: (top as f64 - (curve.len() / 2) as f64 + shift) / rate_hz,
@@ -143,6 +145,7 @@ impl BandCues {
             count: self.weights[0] * self.weights[0] / self.weights[1] / dependent,
             ild_db: if count > 0.0 { level / count } else { 0.0 },
             level_count: count / dependent,
+            level_coherence: if count > 0.0 { (of_levels / count).min(1.0) } else { 0.0 },
             slope_db: if slope_count > 0.0 { slope / slope_count } else { 0.0 },
             slope_count: slope_count / dependent,
         }
@@ -323,6 +326,7 @@ impl Correlator {
         let [left, right] = running.levels.map(f64::from);
         cues.levels[0] += 1.0;
         cues.levels[1] += 10.0 * (left / right).log10();
+        cues.levels[2] += above;
         Some(10.0 * (left + right).log10())
     }
 }

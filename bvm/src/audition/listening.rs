@@ -284,6 +284,7 @@ fn ask(
         .coherence(&each(|cue| cue.coherence))
         .count(&each(|cue| cue.count))
         .level_count(&each(|cue| cue.level_count))
+        .level_coherence(&each(|cue| cue.level_coherence))
         .slope_count(&each(|cue| cue.slope_count))
         .tau(&each(|cue| 1e3 * cue.itd_s))
         .l(&each(|cue| cue.ild_db.clamp(-MOST_DB, MOST_DB)))

@@ -38,7 +38,7 @@ fn the_program_multiplies_the_densities_of_all_bands() {
     // By hand, for two bands and three places.
     let (frequency, coherence) = ([0.5, 3.0], [0.9, 0.5]);
     let (count, level_count) = ([20.0, 8.0], [10.0, 0.0]);
-    let slope_count = [6.0, 0.0];
+    let (level_coherence, slope_count) = ([0.81, 0.0], [6.0, 0.0]);
     let (tau, l, slope) = ([0.21, -0.10], [2.0, 0.0], [-1.5, 0.0]);
     let mu_tau = [0.20, 0.21, -0.30, 0.25, 0.25, 0.24];
     let mu_l = [2.5, 7.0, -3.0, 1.0, 9.0, 5.0];
@@ -73,7 +73,15 @@ fn the_program_multiplies_the_densities_of_all_bands() {
                 let sigma = (few(10.0) * ears * ears + head * head + within * within).sqrt();
                 let stray = if source { 0.05 + (lost - 0.4_f64).max(0.0) } else { 1.0 };
                 let of_level = match k {
-                    0 => stray / 120.0 + (1.0 - stray) * normal(l[0], mu_l[2 * place], sigma),
+                    0 => {
+                        // Noise of power n in both ears, beside r on the left and 1 on the right, leaves the squared coherence
+                        // r / ((r + n) (1 + n)) = 0.81^1.5 = 0.729.
+                        let r = 10f64.powf(mu_l[2 * place] / 10.0);
+                        let n = 0.5 * (((1.0 + r).powi(2) + 4.0 * r * (1.0 / 0.729 - 1.0)).sqrt() - 1.0 - r);
+                        assert!((r / ((r + n) * (1.0 + n)) - 0.729).abs() < 1e-12);
+                        let mu = 10.0 * ((r + n) / (1.0 + n)).log10();
+                        stray / 120.0 + (1.0 - stray) * normal(l[0], mu, sigma)
+                    }
                     _ => 1.0 / 120.0,
                 };
                 of_time * of_level
@@ -110,6 +118,7 @@ fn the_program_multiplies_the_densities_of_all_bands() {
         .coherence(&coherence)
         .count(&count)
         .level_count(&level_count)
+        .level_coherence(&level_coherence)
         .slope_count(&slope_count)
         .tau(&tau)
         .l(&l)
