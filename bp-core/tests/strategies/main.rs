@@ -11,6 +11,7 @@ mod choices;
 mod collapsed;
 mod conjugate;
 mod covariance;
+mod digits;
 mod extended;
 mod first_instants;
 mod flat;

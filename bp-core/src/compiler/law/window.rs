@@ -34,7 +34,12 @@ pub(super) fn ln_weight<A: Arithmetic>(
             let (start, ln) = (by.binary(Binary::Maximum, ends[0], zero), saddle::ln_complement(by, p));
             let failures = by.subtract(x, start);
             let value = saddle::times(by, failures, ln);
-            let inside = by.is_count(x);
+            // p = 1 allows no failure.
+            let (count, some, certain) =
+                (by.is_count(x), by.greater(x, zero), by.binary(Binary::Equal, p, one));
+            let excluded = by.binary(Binary::And, some, certain);
+            let allowed = by.unary(Unary::Not, excluded);
+            let inside = by.binary(Binary::And, count, allowed);
             by.within(inside, value)
         }
         (Law::Exponential, &[rate]) => {

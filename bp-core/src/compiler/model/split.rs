@@ -9,6 +9,7 @@
 //!
 //! before: P(X | A B C) = bernoulli(1 − f(A) g(B) h(C))              all combinations of A B C
 //! after:  bernoulli(1 − Q₂ h(C)), P(Q₂ | Q₁ B) = bernoulli(Q₁ g(B)), P(Q₁ | A) = bernoulli(f(A))
+//! of a noisy or f(A) + (1 − f(A)) (g(B) + …) the part is P(Q₂ | Q₁ B) = bernoulli(g(B) + (1 − g(B)) Q₁).
 
 use super::values::Reads;
 use super::{
@@ -73,8 +74,12 @@ impl Model {
             }
             _ => (None, root),
         };
-        let (mut rest, mut operands) = (vec![product], Vec::new());
-        while let Some(id) = rest.pop() {
+        let (mut rest, mut operands) = (vec![product], self.alternatives(root));
+        let is_or = operands.len() > 1;
+        if !is_or {
+            operands.clear();
+        }
+        while let Some(id) = rest.pop().filter(|_| !is_or) {
             match self.expressions[id] {
                 Expression::Binary(Binary::Multiply, left, right) => rest.extend([right, left]),
                 _ => operands.push(id),
@@ -97,6 +102,12 @@ impl Model {
         for (place, operand) in operands.into_iter().enumerate() {
             let value = match so_far {
                 None => operand,
+                Some(before) if is_or => {
+                    let one = self.expressions.push(Expression::Number(1.0));
+                    let fails = self.expressions.push(Expression::Binary(Binary::Subtract, one, operand));
+                    let others = self.expressions.push(Expression::Binary(Binary::Multiply, fails, before));
+                    self.expressions.push(Expression::Binary(Binary::Add, operand, others))
+                }
                 Some(before) => self.expressions.push(Expression::Binary(Binary::Multiply, before, operand)),
             };
             so_far = Some(value);
@@ -113,6 +124,22 @@ impl Model {
         };
         self.factors[factor].right = self.parents_of(root);
         self.factors[factor].form = Form::Bernoulli(root);
+    }
+
+    /// The probabilities p₁, p₂, … of p₁ + (1 − p₁) (p₂ + (1 − p₂) (…)): that one of several happens at least.
+    fn alternatives(&self, root: ExpressionId) -> Vec<ExpressionId> {
+        let (mut all, mut next) = (Vec::new(), root);
+        while let Expression::Binary(Binary::Add, own, others) = self.expressions[next]
+            && let Expression::Binary(Binary::Multiply, fails, rest) = self.expressions[others]
+            && let Expression::Binary(Binary::Subtract, one, same) = self.expressions[fails]
+            && same == own
+            && self.constant(one) == Some(1.0)
+        {
+            all.push(own);
+            next = rest;
+        }
+        all.push(next);
+        all
     }
 
     /// Whether an expression lies in [0, 1] by construction.

@@ -129,6 +129,8 @@ fn beta(low: f64, high: f64, a: f64, b: f64) -> (f64, f64) {
     let curve = |v: f64| {
         let less = match v > 30.0 {
             true => v + pxfm::f_log(x + y * pxfm::f_exp(-v)) - x * v,
+            // Farther out both rests are large, and nearly equal.
+            false if v > 1.0 => pxfm::f_log1p(x * pxfm::f_expm1(v)) - x * v,
             false => x * exp_rest(v) - log_rest(x * pxfm::f_expm1(v)),
         };
         slope * v - n * less

@@ -12,7 +12,7 @@ mod stirling;
 pub use beta::beta;
 pub use gamma::gamma;
 pub use interval::{Mass, OPERANDS, gauss_legendre};
-pub use stirling::{ln_rising, stirling_rest};
+pub use stirling::{deviance, ln_factorial_rest, ln_rising, stirling_rest};
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_2_SQRT_PI};
 

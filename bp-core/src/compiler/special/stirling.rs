@@ -28,8 +28,16 @@ pub fn ln_rising(a: f64, s: f64) -> f64 {
     (a - 0.5) * pxfm::f_log1p(s / a) + s * (pxfm::f_log(a + s) - 1.0) + rests
 }
 
-/// D₀(k, m) = k ln(k/m) + m − k; by the series of artanh where k and m are close.
-pub(super) fn deviance(k: f64, m: f64) -> f64 {
+/// ln k! − (k ln k − k) for a count k, 0 at 0.
+pub fn ln_factorial_rest(k: f64) -> f64 {
+    if k == 0.0 { 0.0 } else { 0.5 * pxfm::f_log(TAU * k) + stirling_rest(k) }
+}
+
+/// D₀(k, m) = k ln(k/m) + m − k, for k ≥ 0 and m > 0; by the series of artanh where k and m are close.
+pub fn deviance(k: f64, m: f64) -> f64 {
+    if k == 0.0 {
+        return m;
+    }
     if (k - m).abs() >= 0.1 * (k + m) {
         return k * pxfm::f_log(k / m) + m - k;
     }

@@ -5,7 +5,8 @@
 //!
 //! noisy or: P(X) = 1 − (1 − leak) Π (1 − pᵢ)^xᵢ: each present cause may produce the effect. noisy and: P(X) = (1 −
 //! leak) Π (1 − pᵢ)^(1 − xᵢ): each absent condition may prevent it (Pearl, *Probabilistic Reasoning in Intelligent
-//! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006).
+//! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006). Noisy or is the sum p₁ + (1 − p₁) (p₂ + (1 − p₂) (…)), in which a
+//! small probability keeps its digits.
 
 use super::{Form, row_tolerance};
 use crate::ids::ExpressionId;
@@ -15,15 +16,16 @@ use crate::operators::Binary;
 impl ModelBuilder {
     /// A noisy or of (cause, probability that it is effective).
     pub fn noisy_or(&mut self, causes: &[(ExpressionId, ExpressionId)], leak: ExpressionId) -> Form {
-        let one = self.number(1.0);
-        let mut silent = self.binary(Binary::Subtract, one, leak);
+        let (zero, one) = (self.number(0.0), self.number(1.0));
+        let mut any = leak;
         for (cause, chance) in causes {
-            let fails = self.binary(Binary::Subtract, one, *chance);
-            let factor = self.expression(Expression::If { condition: *cause, then: fails, otherwise: one });
-            silent = self.binary(Binary::Multiply, silent, factor);
+            let own = Expression::If { condition: *cause, then: *chance, otherwise: zero };
+            let own = self.expression(own);
+            let fails = self.binary(Binary::Subtract, one, own);
+            let others = self.binary(Binary::Multiply, fails, any);
+            any = self.binary(Binary::Add, own, others);
         }
-        let probability = self.binary(Binary::Subtract, one, silent);
-        Form::Bernoulli(self.with_chances(probability, causes, leak))
+        Form::Bernoulli(self.with_chances(any, causes, leak))
     }
 
     /// A noisy and of (condition, probability that its absence prevents the effect).

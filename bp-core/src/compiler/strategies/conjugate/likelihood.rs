@@ -10,7 +10,7 @@ use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
 use crate::model::{Expression, Form, Model, VariableUse};
 use crate::operators::Binary;
-use crate::special::ln_gamma;
+use crate::special::{ln_factorial_rest, ln_gamma};
 
 /// The kind of an unknown.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -150,7 +150,6 @@ pub(super) fn contribution(
     };
     let left = setting.variable_of(instance.left[0]);
     let first = setting.number_at(left, value[0]);
-    let events = |count: f64, time: f64| Observed::Events([count, time]);
     let found = match form {
         Form::Bernoulli(probability) => {
             let unknown = read(resolved(*probability));
@@ -166,10 +165,8 @@ pub(super) fn contribution(
             let unknown = proportions(model, probabilities).filter(|use_| is_unknown(use_.variable));
             unknown.map(|use_| {
                 let all: f64 = value.iter().sum();
-                let ln_ways = ln_factorial(all) - value.iter().map(|count| ln_factorial(*count)).sum::<f64>();
-                let are_counts = value.iter().all(|count| *count >= 0.0 && count.fract() == 0.0);
-                let fits = are_counts && all == number(*trials) && is_count(all);
-                (slot(use_), Observed::Counts(value.to_vec()), if fits { ln_ways } else { f64::NEG_INFINITY })
+                let fits = value.iter().all(|count| is_count(*count)) && all == number(*trials);
+                (slot(use_), Observed::Counts(value.to_vec()), ln_factor(fits, &|| ln_ways(all, value)))
             })
         }
         Form::Law { law, arguments } => {
@@ -179,10 +176,9 @@ pub(super) fn contribution(
                 (Some(use_), Law::Binomial) => {
                     let trials = number(arguments[0]);
                     check_range(setting, instance, left, trials)?;
-                    let ln_ways = ln_factorial(trials) - ln_factorial(first) - ln_factorial(trials - first);
                     let fits = first <= trials && is_count(first) && is_count(trials);
-                    let observed = Observed::Trials([first, trials - first]);
-                    Some((slot(use_), observed, if fits { ln_ways } else { f64::NEG_INFINITY }))
+                    let both = [first, trials - first];
+                    Some((slot(use_), Observed::Trials(both), ln_factor(fits, &|| ln_ways(trials, &both))))
                 }
                 (Some(use_), law) => {
                     // The form of a choice reads one of its sides.
@@ -190,7 +186,8 @@ pub(super) fn contribution(
                     let term = terms.first().copied().or_else(|| Some((slot(use_)?, 0.0)));
                     let Some((at, per)) = term else { return Err(outside(setting, instance)) };
                     let (count, time, ln) = match law {
-                        Law::Poisson => (first, per, first * per.ln() - ln_factorial(first)),
+                        Law::Poisson if is_count(first) => (first, per, -ln_factorial_rest(first)),
+                        Law::Poisson => (first, per, f64::NEG_INFINITY),
                         Law::Exponential => (1.0, per * first, per.ln()),
                         _ => {
                             let shape = number(arguments[0]);
@@ -201,17 +198,20 @@ pub(super) fn contribution(
                             )
                         }
                     };
-                    let is_count = *law != Law::Poisson || is_count(first);
                     let has_shape = *law != Law::Gamma || count > 0.0;
                     // A density that is 0, or infinite, there.
-                    let fits = first >= 0.0 && is_count && has_shape && ln.is_finite();
+                    let fits = first >= 0.0 && has_shape && ln.is_finite();
                     if !(per > 0.0 && per.is_finite()) {
                         // The error of the form.
                         let mut one = values.to_vec();
                         one[at] = 1.0;
                         setting.distribution(instance, &one)?;
                     }
-                    Some((Some(at), events(count, time), if fits { ln } else { f64::NEG_INFINITY }))
+                    let observed = match law {
+                        Law::Poisson => Observed::Events([count, time]),
+                        _ => Observed::Waits([count, time]),
+                    };
+                    Some((Some(at), observed, ln_factor(fits, &|| ln)))
                 }
             }
         }
@@ -231,8 +231,14 @@ fn is_count(number: f64) -> bool {
     number >= 0.0 && number.fract() == 0.0
 }
 
-fn ln_factorial(n: f64) -> f64 {
-    ln_gamma(n + 1.0)
+/// ln of a factor, −∞ where what is observed does not fit.
+fn ln_factor(fits: bool, ln: &dyn Fn() -> f64) -> f64 {
+    if fits { ln() } else { f64::NEG_INFINITY }
+}
+
+/// ln S(n) − Σ ln S(nᵢ), S(n) = n! eⁿ/nⁿ: what [`Evidenced::ln_probability`](super::unknown::Evidenced::ln_probability) leaves out.
+fn ln_ways(trials: f64, counts: &[f64]) -> f64 {
+    ln_factorial_rest(trials) - counts.iter().map(|count| ln_factorial_rest(*count)).sum::<f64>()
 }
 
 /// Refuses a range that does not have all numbers of successes: over it a binomial distribution is normalised, and not conjugate.

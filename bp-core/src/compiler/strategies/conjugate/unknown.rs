@@ -6,7 +6,7 @@
 use crate::law::Law;
 use crate::posterior::NamedLaw;
 use crate::random::Random;
-use crate::special::ln_rising;
+use crate::special::{deviance, stirling_rest};
 
 /// The distribution of an unknown.
 #[derive(Clone, PartialEq, Debug)]
@@ -21,13 +21,15 @@ pub(super) enum Unknown {
     Alone(NamedLaw),
 }
 
-/// What is observed of an unknown, up to a factor that does not depend on it.
+/// What is observed of an unknown.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Observed {
     /// Successes and failures.
     Trials([f64; 2]),
     /// Events in a time.
     Events([f64; 2]),
+    /// Events, and the time until then.
+    Waits([f64; 2]),
     /// A count for each proportion.
     Counts(Vec<f64>),
 }
@@ -36,7 +38,7 @@ impl Observed {
     /// Its numbers.
     fn numbers(&self) -> &[f64] {
         match self {
-            Observed::Trials(both) | Observed::Events(both) => both,
+            Observed::Trials(both) | Observed::Events(both) | Observed::Waits(both) => both,
             Observed::Counts(all) => all,
         }
     }
@@ -48,17 +50,34 @@ pub(super) struct Evidenced {
     prior: Unknown,
     /// The sum of what is observed; empty if nothing is.
     observed: Vec<f64>,
+    /// The sum of the single trials and of the waits, whose likelihoods are powers.
+    powers: Vec<f64>,
+    /// The counts of several trials or of events in a time.
+    counts: Vec<Vec<f64>>,
 }
 
 impl Evidenced {
     pub(super) fn new(prior: Unknown) -> Self {
-        Self { prior, observed: Vec::new() }
+        Self { prior, observed: Vec::new(), powers: Vec::new(), counts: Vec::new() }
     }
 
     /// Adds an observation.
     pub(super) fn observe(&mut self, more: &Observed) {
-        self.observed.resize(more.numbers().len(), 0.0);
-        self.observed.iter_mut().zip(more.numbers()).for_each(|(own, more)| *own += more);
+        let numbers = more.numbers();
+        let is_power = match more {
+            Observed::Events(_) => false,
+            Observed::Waits(_) => true,
+            Observed::Trials(_) | Observed::Counts(_) => numbers.iter().sum::<f64>() == 1.0,
+        };
+        for sum in [&mut self.observed, &mut self.powers] {
+            sum.resize(numbers.len(), 0.0);
+        }
+        let add = |sum: &mut [f64]| sum.iter_mut().zip(numbers).for_each(|(own, more)| *own += more);
+        add(&mut self.observed);
+        match is_power {
+            true => add(&mut self.powers),
+            false => self.counts.push(numbers.to_vec()),
+        }
     }
 
     /// Its posterior.
@@ -66,9 +85,45 @@ impl Evidenced {
         self.prior.after(&self.observed)
     }
 
-    /// ln of the probability of all that is observed.
+    /// ln of the probability of all that is observed, without ln S(n) − Σ ln S(nᵢ) of trials and −ln S(n) of events, S(n) = n! eⁿ/nⁿ.
+    ///
+    /// P(y) = P(y | x) p(x) / p(x | y) at any x (Besag, *Biometrika* 76:183, 1989), here at the posterior mean, where no large terms
+    /// cancel: with D the deviance and δ the remainder of Stirling's formula, P(y | x) of trials is exp(−Σ D(nᵢ, n xᵢ)), of events
+    /// exp(−D(n, t x)), and ln p(x) / p(x | y) is of shares a with sum m that become A with sum M
+    /// Σ (−D(aᵢ, m Aᵢ/M) − ½ ln(Aᵢ/aᵢ) + δ(Aᵢ) − δ(aᵢ)) + ½ ln(M/m) − δ(M) + δ(m), and of a rate
+    /// −D(k, r K/R) − ½ ln(K/k) + δ(K) − δ(k).
     pub(super) fn ln_probability(&self) -> f64 {
-        self.prior.ln_probability(&self.observed)
+        let gain = |from: f64, to: f64| stirling_rest(to) - stirling_rest(from) - 0.5 * (to / from).ln();
+        let of_shares = |all: &[f64]| {
+            let after: Vec<f64> = all.iter().zip(&self.observed).map(|(a, count)| a + count).collect();
+            let (before, total): (f64, f64) = (all.iter().sum(), after.iter().sum());
+            let own = |(a, next): (&f64, &f64)| gain(*a, *next) - deviance(*a, before * (next / total));
+            let prior = all.iter().zip(&after).map(own).sum::<f64>() - gain(before, total);
+            let power =
+                |(count, next): (&f64, &f64)| if *count > 0.0 { count * (next / total).ln() } else { 0.0 };
+            let powers: f64 = self.powers.iter().zip(&after).map(power).sum();
+            let trials = |counts: &Vec<f64>| {
+                let trials: f64 = counts.iter().sum();
+                let own = |(count, next): (&f64, &f64)| deviance(*count, trials * (next / total));
+                counts.iter().zip(&after).map(own).sum::<f64>()
+            };
+            prior + powers - self.counts.iter().map(trials).sum::<f64>()
+        };
+        match (&self.prior, self.observed.as_slice()) {
+            (Unknown::Probability(all), [_, _]) => of_shares(all),
+            (Unknown::Proportions(all), [_, ..]) => of_shares(all),
+            (Unknown::Rate([shape, rate]), [events, time]) => {
+                let (next, mean) = (shape + events, (shape + events) / (rate + time));
+                let prior = gain(*shape, next) - deviance(*shape, rate * mean);
+                let powers = match self.powers[0] > 0.0 {
+                    true => self.powers[0] * mean.ln() - self.powers[1] * mean,
+                    false => 0.0,
+                };
+                let events = |own: &Vec<f64>| deviance(own[0], own[1] * mean);
+                prior + powers - self.counts.iter().map(events).sum::<f64>()
+            }
+            _ => 0.0,
+        }
     }
 }
 
@@ -87,24 +142,6 @@ impl Unknown {
         }
     }
 
-    /// ln of the probability of what is observed, without the factors that do not depend on the unknown.
-    ///
-    /// With (a)ₛ = Γ(a + s) / Γ(a): of shares Π (aᵢ)ₙᵢ / (Σ aᵢ)_Σnᵢ, of a rate (k)ₙ (1 + t/r)⁻ᵏ (r + t)⁻ⁿ.
-    pub(super) fn ln_probability(&self, observed: &[f64]) -> f64 {
-        let of_shares = |all: &[f64]| {
-            let each = all.iter().zip(observed).map(|(a, count)| ln_rising(*a, *count));
-            each.sum::<f64>() - ln_rising(all.iter().sum(), observed.iter().sum())
-        };
-        match (self, observed) {
-            (Unknown::Probability(all), [_, _]) => of_shares(all),
-            (Unknown::Proportions(all), [_, ..]) => of_shares(all),
-            (Unknown::Rate([shape, rate]), [events, time]) => {
-                ln_rising(*shape, *events) - shape * (time / rate).ln_1p() - events * (rate + time).ln()
-            }
-            _ => 0.0,
-        }
-    }
-
     /// The probability of an observation whose other factor has this logarithm.
     pub(super) fn predicts(&self, observed: &Observed, ln_factor: f64) -> f64 {
         match (self, observed) {
@@ -116,7 +153,11 @@ impl Unknown {
                 all.iter().zip(counts).map(|(a, count)| a * count).sum::<f64>() / all.iter().sum::<f64>()
             }
             _ if ln_factor == f64::NEG_INFINITY => 0.0,
-            _ => (self.ln_probability(observed.numbers()) + ln_factor).exp(),
+            _ => {
+                let mut own = Evidenced::new(self.clone());
+                own.observe(observed);
+                (own.ln_probability() + ln_factor).exp()
+            }
         }
     }
 
