@@ -9,6 +9,7 @@ mod cell;
 mod chains;
 mod choices;
 mod collapsed;
+mod compared;
 mod conjugate;
 mod covariance;
 mod digits;

@@ -9,7 +9,7 @@ use super::Setting;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{self, share};
 use crate::ids::VariableId;
-use crate::law::{Law, Numbers, Parameters, Wide};
+use crate::law::{Law, Numbers, Parameters, Support, Wide};
 use crate::operators::Unary;
 
 /// The parameters that the law uses.
@@ -21,8 +21,10 @@ pub(super) fn ln_density(law: Law, x: f64, parameters: &Parameters) -> f64 {
     law.ln_density(&mut Numbers, x, exactly(law, parameters))
 }
 
-/// P(low < X ≤ high)
+/// P(low ≤ X ≤ high)
 pub(super) fn mass(law: Law, [low, high]: [f64; 2], parameters: &[f64]) -> Extended {
+    // A law of counts gives the lower bound itself a probability.
+    let low = if law.support() == Support::Counts { low.ceil() - 1.0 } else { low };
     let between = law.between(low, high, parameters);
     if between.is_normal() {
         return Extended::from_f64(between);
@@ -35,13 +37,13 @@ fn wide(parameters: &[f64]) -> Vec<Extended> {
     parameters.iter().map(|number| Extended::from_f64(*number)).collect()
 }
 
-/// The quantile between two bounds: the x for which P(low < X ≤ x) is this mass, by bisection.
+/// The quantile between two bounds: the x for which P(low ≤ X ≤ x) is this mass, by bisection; of counts a whole number.
 pub(super) fn inverse(law: Law, parameters: &[f64], [low, high]: [f64; 2], below: Extended) -> f64 {
     let (mut from, mut to) = (low, high);
     loop {
         let middle = 0.5 * (from + to);
         if middle <= from || middle >= to {
-            return middle.clamp(low, high);
+            return if law.support() == Support::Counts { to.floor() } else { middle.clamp(low, high) };
         }
         match mass(law, [low, middle], parameters) < below {
             true => from = middle,

@@ -58,7 +58,7 @@ pub enum Distribution {
         parameters: Parameters,
         /// The bounds.
         bounds: [f64; 2],
-        /// P(low < X ≤ high).
+        /// P(low ≤ X ≤ high).
         mass: Extended,
     },
     /// A point mass at a real.

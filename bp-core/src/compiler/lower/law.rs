@@ -129,7 +129,7 @@ impl Lowering<'_> {
         let Some(total) = law.mass(&mut self.builder, low, high, &parameters) else {
             let name = law.name();
             return Err(self.unplanned(format!(
-                "a truncated `{name}` of a real has no closed form; over `bins(low, high, count)` it can be computed"
+                "a truncated `{name}` of a real has no closed form: declare the count over an integer range"
             )));
         };
         let density = inside(self, at)?;

@@ -150,6 +150,8 @@ fn planned(
         });
         if let (Some(soft), Some(reason)) = (ask.known.iter().find(is_soft), drawn.into_iter().next()) {
             let name = model.variable_name(soft.variable);
+            let named = options.by.filter(|by| !by.is_exact());
+            let reason = named.map_or_else(|| reason.clone(), |by| format!("`{}` estimates", by.name()));
             let reason = format!("soft evidence on `{name}` is mixed from exact answers only, and {reason}");
             return Err(Error::Unplanned { question: model.ask_text(ask), reason });
         }

@@ -11,11 +11,11 @@ use crate::distribution::{Distribution, Instance, Setting};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::Law;
+use crate::law::{Law, Support};
 use crate::model::{Ask, Form, LinearForm, Model};
 use crate::posterior::{Answer, NamedLaw, Part, PartLaw, Slot, Table};
 use crate::sample::Observations;
-use crate::strategies::gaussian::{Slots, by_intervals};
+use crate::strategies::gaussian::{Slots, by_counts, by_intervals};
 use crate::strategies::{Case, Found, Prepared};
 use std::collections::HashMap;
 
@@ -263,6 +263,13 @@ pub(super) fn truth_cells(
     let form = LinearForm::of(model, root, 0, &leaves);
     let (slot, scale) = form.coefficients.iter().next().expect("internal: a predicate reads an unknown");
     let law = law(*slot);
+    if law.law.support() == Support::Counts {
+        let mass = |first: f64, last: f64| match first == last {
+            true => law.density(first),
+            false => law.between(first - 1.0, last),
+        };
+        return by_counts(model, root, (*scale, form.constant), &mass, &leaves);
+    }
     let mass = |low: f64, high: f64| {
         let (one, other) = ((low - form.constant) / scale, (high - form.constant) / scale);
         law.between(one.min(other), one.max(other))

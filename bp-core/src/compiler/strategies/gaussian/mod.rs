@@ -24,5 +24,5 @@ pub(crate) use law::NormalLaw;
 pub(crate) use offer::{Engine, ExtendedEngine};
 pub use offer::{Gaussian, LinearEquation, Noise};
 pub(crate) use offer::{applies, is_linear, offer};
-pub(crate) use predicate::{by_intervals, of_normal, probabilities};
+pub(crate) use predicate::{by_counts, by_intervals, of_normal, probabilities};
 pub(crate) use slots::SlotLaw;

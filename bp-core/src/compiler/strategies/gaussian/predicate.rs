@@ -5,6 +5,7 @@
 //! computed as differences from one.
 
 use super::offer::degree;
+use crate::distribution::ROUNDING;
 use crate::ids::{ExpressionId, VariableId};
 use crate::model::{Expression, Form, Leaves, LinearForm, Model};
 use crate::operators::{Binary, Unary};
@@ -102,6 +103,44 @@ pub(crate) fn by_intervals(
             (false, false) => 0.0,
         };
         probabilities[holds(inside)] += mass(low, high);
+    }
+    probabilities
+}
+
+/// The same where the linear form is scale · X + shift of a count X, of which `mass` is P(low ≤ X ≤ high).
+pub(crate) fn by_counts(
+    model: &Model,
+    root: ExpressionId,
+    (scale, shift): (f64, f64),
+    mass: &dyn Fn(f64, f64) -> f64,
+    leaves_of: &dyn Leaves,
+) -> [f64; 2] {
+    let leaves = leaves(model, root, leaves_of);
+    let holds = |count: f64| {
+        let rounding = ROUNDING * (scale * count).abs().max(shift.abs());
+        usize::from(holds(model, root, &leaves, (scale * count + shift, rounding)))
+    };
+    // A number that is a count up to rounding is this count.
+    let whole = |edge: f64| match (edge - edge.round()).abs()
+        <= ROUNDING * edge.abs().max(shift.abs() / scale.abs())
+    {
+        true => edge.round(),
+        false => edge,
+    };
+    let edges = leaves.iter().filter_map(Leaf::edge).map(|edge| whole((edge - shift) / scale));
+    // Between these counts the predicate does not change.
+    let mut first: Vec<f64> = vec![0.0];
+    first.extend(
+        edges
+            .filter(|edge| *edge >= 0.0 && edge.is_finite())
+            .flat_map(|edge| [edge.ceil(), edge.floor() + 1.0]),
+    );
+    first.sort_by(f64::total_cmp);
+    first.dedup();
+    let lasts = first.iter().skip(1).map(|next| next - 1.0).chain([f64::INFINITY]);
+    let mut probabilities = [0.0; 2];
+    for (first, last) in first.iter().zip(lasts) {
+        probabilities[holds(*first)] += mass(*first, last);
     }
     probabilities
 }

@@ -5,6 +5,7 @@
 
 use super::Mixture;
 use super::components::{Component, components};
+use super::offer::own_predicate;
 use crate::distribution::{ROUNDING, Setting, ln_sum, normalise};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
@@ -13,7 +14,7 @@ use crate::model::{Ask, Finding, LinearForm, Model, Searched};
 use crate::posterior::{self, Answer, ConditionalGaussian, Part, PartLaw, Slot, Table};
 use crate::radix;
 use crate::sample::Observations;
-use crate::strategies::gaussian::{Slots, of_normal, probabilities};
+use crate::strategies::gaussian::{Slots, probabilities};
 use crate::strategies::{Case, Found, Prepared};
 
 impl Prepared for Mixture {
@@ -59,45 +60,52 @@ struct Weighted<'w> {
 }
 
 impl Weighted<'_> {
-    /// The joint distribution of finite variables.
+    /// The joint distribution of finite variables, of which one may be a predicate of reals.
     fn table(&self, ask: &Ask) -> Table {
         let setting = self.setting;
         let variables: Vec<VariableId> = ask.searched.iter().map(|item| item.variable).collect();
-        if let [only] = variables.as_slice()
-            && let Some(root) = of_normal(setting.model, *only, false)
-        {
-            return self.truth(ask, *only, root);
-        }
+        let predicate = own_predicate(setting.model, ask);
         let slots: Vec<usize> = variables.iter().flat_map(|id| setting.slots_of(*id)).collect();
+        let truth = predicate.map(|(place, _)| setting.slots_of(variables[place]).start);
         let extents: Vec<usize> =
             slots.iter().map(|slot| setting.count(setting.variable_of(*slot))).collect();
         let mut cells = vec![0.0; extents.iter().product()];
         for (weight, component) in &self.all {
-            let digits = slots.iter().zip(&extents);
-            let digits = digits.map(|(slot, extent)| (component.values[*slot] as usize, *extent));
-            cells[radix::position(digits)] += weight;
+            let of_truths = predicate.map_or([1.0, 0.0], |(_, root)| self.truths(component, root));
+            for (value, p) in of_truths.into_iter().enumerate().filter(|(_, p)| *p != 0.0) {
+                let own = |slot: &usize| {
+                    if Some(*slot) == truth { value } else { component.values[*slot] as usize }
+                };
+                let digits = slots.iter().zip(&extents).map(|(slot, extent)| (own(slot), *extent));
+                cells[radix::position(digits)] += weight * p;
+            }
         }
         Table::read(setting.model, (ask, setting.model.ask_text(ask)), &variables, cells, None, &extents)
     }
 
-    /// The probabilities that a predicate of reals does not hold and that it does.
-    fn truth(&self, ask: &Ask, variable: VariableId, root: ExpressionId) -> Table {
-        let setting = self.setting;
-        let leaves = Slots { setting, indices: &[] };
-        let form = LinearForm::of(setting.model, root, 0, &leaves);
+    /// The probabilities that a predicate of reals does not hold in a component and that it does.
+    fn truths(&self, component: &Component, root: ExpressionId) -> [f64; 2] {
+        let leaves = Slots { setting: self.setting, indices: &[] };
+        let form = LinearForm::of(self.setting.model, root, 0, &leaves);
         let terms: Vec<(usize, f64)> = form.coefficients.into_iter().collect();
-        let mut cells = vec![0.0; 2];
-        for (weight, component) in &self.all {
-            let [mean, deviation] = component.law.of_form(&terms, form.constant);
-            // A value that finite variables determine is compared as an observation is.
-            let size = |(slot, coefficient): &(usize, f64)| {
-                (coefficient * component.law.of_form(&[(*slot, 1.0)], 0.0)[0]).abs()
-            };
-            let rounding = ROUNDING * terms.iter().map(size).fold(form.constant.abs(), f64::max);
-            let own = probabilities(setting.model, root, [mean, rounding, deviation], &leaves);
-            cells.iter_mut().zip(own).for_each(|(cell, p)| *cell += weight * p);
-        }
-        Table::read(setting.model, (ask, setting.model.ask_text(ask)), &[variable], cells, None, &[2])
+        // What the component fixes, a finite variable or a known real, is a number in it.
+        let fixed = |(slot, coefficient): &(usize, f64)| {
+            (!component.law.has(*slot)).then(|| coefficient * self.number(component, *slot))
+        };
+        let constant = form.constant + terms.iter().filter_map(fixed).sum::<f64>();
+        let [mean, deviation] = component.law.of_form(&terms, constant);
+        // A value that finite variables determine is compared as an observation is.
+        let size = |term: &(usize, f64)| {
+            let of_law = || term.1 * component.law.of_form(&[(term.0, 1.0)], 0.0)[0];
+            fixed(term).unwrap_or_else(of_law).abs()
+        };
+        let rounding = ROUNDING * terms.iter().map(size).fold(form.constant.abs(), f64::max);
+        probabilities(self.setting.model, root, [mean, rounding, deviation], &leaves)
+    }
+
+    /// The number that a component has in a slot that it fixes.
+    fn number(&self, component: &Component, slot: usize) -> f64 {
+        self.setting.number_at(self.setting.variable_of(slot), component.values[slot])
     }
 
     /// The mixture of normal distributions of reals, with the values of finite variables that are asked with them.

@@ -1,13 +1,13 @@
 //! The offer of the mixture strategy.
 //!
 //! In: asks that know the same. Out: a [`Mixture`], or why not. Invariant: a real never is a parent of a finite variable,
-//! except of a predicate that is asked alone.
+//! except of one predicate that is asked.
 
 use crate::analysis::{Scope, is_linear_in, of_form, relevant_factors};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
-use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Statistic};
+use crate::ids::{ExpressionId, FactorId, VariableId};
+use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Searched, Statistic};
 use crate::posterior::refused_of_reals;
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
@@ -57,9 +57,21 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     let factors = relevant_factors(model, asks);
     let predicate = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
-        let alone = |ask: &Ask| ask.searched.len() == 1 && ask.searched[0].variable == left;
-        of_normal(model, left, false).is_some() && asks.iter().any(alone)
+        let own = |ask: &Ask| {
+            own_predicate(model, ask).is_some_and(|(place, _)| ask.searched[place].variable == left)
+        };
+        asks.iter().any(own)
     };
+    let several = |ask: &&Ask| {
+        let searched = |id: FactorId| {
+            let left = model.factors[id].left[0].variable;
+            predicate(&id) && ask.searched.iter().any(|item| item.variable == left)
+        };
+        own_predicate(model, ask).is_none() && factors.iter().any(|id| searched(*id))
+    };
+    if asks.iter().any(|ask| several(&ask)) {
+        return Err("one predicate of reals is computed at a time: ask for each".to_owned());
+    }
     let factors: Vec<FactorId> =
         model.parents_first(&factors).into_iter().filter(|id| !predicate(id)).collect();
     let left = |id: &FactorId| model.factors[*id].left.iter().map(|use_| use_.variable);
@@ -120,6 +132,16 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         ));
     }
     Ok(Mixture { asks: asks.to_vec(), factors, linear, numbers, weighed, finite, components })
+}
+
+/// The predicate of reals that an ask of finite variables searches, the only one: its position and its expression.
+pub(super) fn own_predicate(model: &Model, ask: &Ask) -> Option<(usize, ExpressionId)> {
+    if !ask.searched.iter().all(|item| model.variables[item.variable].domain.is_finite()) {
+        return None;
+    }
+    let of = |(place, item): (usize, &Searched)| Some((place, of_normal(model, item.variable, false)?));
+    let mut all = ask.searched.iter().enumerate().filter_map(of);
+    all.next().filter(|_| all.next().is_none())
 }
 
 fn is_hard(known: &Known) -> bool {
