@@ -86,9 +86,10 @@ pub(super) fn most_probable(program: &Program, evidence: &Evidence) -> Result<Po
     rows.truncate(1);
     for row in rows {
         let ln_p = match row.figure {
-            Figure::Probability { p } | Figure::Density { density: p } => p.ln() + ln_evidence,
-            // Draws chose the values; their probability is that of the program.
+            // Draws chose the values, or some reals are determined: the probability is that of the program.
             Figure::Estimated { .. } => all.ln_joint(&mode, row)?,
+            Figure::Density { density } if density.is_infinite() => all.ln_joint(&mode, row)?,
+            Figure::Probability { p } | Figure::Density { density: p } => p.ln() + ln_evidence,
             figure => figure.number().unwrap_or(f64::NAN),
         };
         *row = all.assignment(row, ln_p + program.opened.ln_scale);
@@ -252,8 +253,12 @@ impl<'p> Several<'p> {
         for (name, text) in &row.values {
             let (id, element) = self.names.find(name)?;
             let place = slot_of(id, element.unwrap_or(0));
-            let value = ordinal(model, &Slot::of(setting, place), &of_text(model, name, text));
-            observed.values[place] = value.map_err(|message| Error::input(name, message))? as f64;
+            let slot = Slot::of(setting, place);
+            let value = match (slot.count, text.parse::<f64>()) {
+                (0, Ok(number)) => Ok(number),
+                _ => ordinal(model, &slot, &of_text(model, name, text)).map(|ordinal| ordinal as f64),
+            };
+            observed.values[place] = value.map_err(|message| Error::input(name, message))?;
         }
         let weighed = elements.weighed.iter().map(|(id, at, weights)| (slot_of(*id, *at), weights));
         let weighed = weighed.chain(observed.likelihoods.iter().map(|(slot, weights)| (*slot, weights)));

@@ -29,7 +29,9 @@ impl Posterior {
             return Ok([(slot.name(self.model()), laws[0].mode().ok_or_else(none)?)].into_iter().collect());
         }
         if let (PartLaw::Mixture(mixture), [slot]) = (&part.law, part.of.as_slice()) {
-            return Ok([(slot.name(self.model()), mixture.of_slot(0).mode().0)].into_iter().collect());
+            return Ok([(slot.name(self.model()), mixture.of_slot(0).modes()[0].at[0])]
+                .into_iter()
+                .collect());
         }
         if let PartLaw::Normal { mean, .. } = &part.law {
             return Ok(part

@@ -25,6 +25,7 @@ mod kalman;
 mod kalman_families;
 mod many_parents;
 mod mixtures;
+mod modes;
 mod no_value;
 mod normal_laws;
 mod normal_vectors;

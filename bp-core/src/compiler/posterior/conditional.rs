@@ -6,6 +6,7 @@
 //! P(D = d, x) = Σ_c w_c [d_c = d] N(x; m_c, Σ_c)   (Lauritzen 1992)
 
 use super::mixture::{Mixture, density};
+use super::one_real::{Peak, highest};
 use super::part::{PartLaw, Slot, ordinals};
 use crate::operators::entropy_term;
 use crate::radix;
@@ -90,24 +91,24 @@ impl ConditionalGaussian {
         self.given_each(&finite).into_iter().map(given).sum()
     }
 
-    /// The values of the finite slots and of the reals at which probability times density is largest, and this product; of reals as
-    /// in [`ConditionalGaussian::entropy`].
-    pub(crate) fn mode(&self, of: &[Slot]) -> (Vec<usize>, Vec<f64>, f64) {
+    /// The values of the finite slots and of the reals at which probability times density is largest, all of several, and this
+    /// product; of reals as in [`ConditionalGaussian::entropy`]. Of reals that determine each other the density is that of the first
+    /// in this order of them.
+    pub(crate) fn modes(&self, of: &[Slot], order: &[usize]) -> Vec<(Vec<usize>, Peak)> {
         let finite: Vec<Slot> = apart(of).0.into_iter().map(|place| of[place].clone()).collect();
         let probabilities = self.probabilities(&finite);
-        let peak = |(at, mixture): (usize, Mixture)| {
-            let (reals, inside) = match mixture.0.as_slice() {
-                [only] => (only.mean.clone(), density(&only.mean, &only.covariance, &only.mean)),
-                _ => {
-                    let (x, inside) = mixture.of_slot(0).mode();
-                    (vec![x], inside)
-                }
+        let (mut values, mut peaks) = (Vec::new(), Vec::new());
+        for (at, mixture) in self.given_each(&finite) {
+            let inside = match mixture.0.as_slice() {
+                [only] => vec![only.peak(order)],
+                _ => mixture.of_slot(0).modes(),
             };
-            (ordinals(&finite, at), reals, probabilities[at] * inside)
-        };
-        let mut peaks = self.given_each(&finite).into_iter().map(peak);
-        let first = peaks.next().expect("internal: a distribution has a possible value");
-        peaks.fold(first, |best, own| if own.2 > best.2 { own } else { best })
+            values.extend(inside.iter().map(|_| ordinals(&finite, at)));
+            peaks.extend(inside.into_iter().map(|own| Peak { size: own.size * probabilities[at], ..own }));
+        }
+        let best = highest(peaks.clone());
+        let all = values.into_iter().zip(peaks);
+        all.filter(|(_, own)| best.contains(own)).collect()
     }
 
     /// Values of the finite slots and of the reals drawn at random.

@@ -1,19 +1,23 @@
 //! The entropy, the mode and draws of one real.
 //!
 //! In: a mixture of normal distributions. Out: its entropy in nats, its point of largest density, values drawn at random.
-//! Invariant: a component without a density makes the entropy −∞ and is itself the mode.
+//! Invariant: a component without a density makes the entropy −∞ and is itself a candidate for the mode.
 
 use super::mixture::{Component, Mixture};
 use crate::law::{Law, Numbers};
 use crate::special::gauss_legendre;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
 
 /// The most distinct components of which the entropy or the mode is computed: the time grows with their square.
 pub(crate) const MOST_DISTINCT: usize = 1000;
 
 /// Where panels of a component end, in deviations from its mean; beyond, its density is below the smallest number.
 const ENDS: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 4.5, 6.0, 9.0, 14.0, 22.0, 39.0];
+
+/// The share of its variance up to which a slot is determined by others.
+const DETERMINED: f64 = 1e-14;
 
 /// How often a panel is halved at most.
 const MOST_HALVINGS: u32 = 40;
@@ -30,6 +34,26 @@ impl Normal {
     fn density(&self, x: f64) -> f64 {
         self.weight * Law::Normal.density_by(&mut Numbers, x, &[self.mean, self.deviation])
     }
+}
+
+/// A point of largest probability or density.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Peak {
+    /// The reals.
+    pub(crate) at: Vec<f64>,
+    /// How many of them are not determined by the others, or by finite variables.
+    pub(crate) free: usize,
+    /// The density of these, times the probability of what is finite.
+    pub(crate) size: f64,
+}
+
+/// The highest of some peaks, all of several in their order: a probability exceeds any density.
+pub(crate) fn highest(mut peaks: Vec<Peak>) -> Vec<Peak> {
+    let least = peaks.iter().map(|own| own.free).min();
+    peaks.retain(|own| Some(own.free) == least);
+    let most = peaks.iter().map(|own| own.size).fold(0.0, f64::max);
+    peaks.retain(|own| own.size >= most * (1.0 - 1e-12));
+    peaks
 }
 
 /// A mixture of normal distributions of one real, equal components taken together.
@@ -83,7 +107,7 @@ impl Component {
         for place in 0..size {
             let variance = rest[place * size + place];
             // A slot that earlier ones determine has its conditional mean.
-            if variance <= 1e-14 * self.covariance[place * size + place] {
+            if variance <= DETERMINED * self.covariance[place * size + place] {
                 continue;
             }
             let noise: f64 = StandardNormal.sample(by);
@@ -96,6 +120,27 @@ impl Component {
             }
         }
         values
+    }
+}
+
+impl Component {
+    /// The mean, and the density there of the slots that earlier ones in this order do not determine.
+    pub(crate) fn peak(&self, order: &[usize]) -> Peak {
+        let size = self.mean.len();
+        let mut rest = self.covariance.clone();
+        let (mut free, mut ln) = (0, 0.0);
+        for place in order {
+            let variance = rest[place * size + place];
+            if variance <= DETERMINED * self.covariance[place * size + place] {
+                continue;
+            }
+            (free, ln) = (free + 1, ln - 0.5 * (TAU * variance).ln());
+            let row: Vec<f64> = (0..size).map(|column| rest[place * size + column]).collect();
+            for (at, cell) in rest.iter_mut().enumerate() {
+                *cell -= row[at / size] * (row[at % size] / variance);
+            }
+        }
+        Peak { at: self.mean.clone(), free, size: self.weight * ln.exp() }
     }
 }
 
@@ -128,20 +173,22 @@ impl OneReal {
         panels.map(|ends| panel(&term, [ends[0], ends[1]], MOST_HALVINGS)).sum()
     }
 
-    /// The point of largest density, and the density there.
-    pub(crate) fn mode(&self) -> (f64, f64) {
+    /// The points of largest probability, or where no point has one, the point of largest density.
+    pub(crate) fn modes(&self) -> Vec<Peak> {
         let atoms = self.0.iter().filter(|own| own.deviation == 0.0);
-        if let Some(atom) = atoms.max_by(|one, other| one.weight.total_cmp(&other.weight)) {
-            return (atom.mean, f64::INFINITY);
+        let atoms: Vec<Peak> =
+            atoms.map(|own| Peak { at: vec![own.mean], free: 0, size: own.weight }).collect();
+        if !atoms.is_empty() {
+            return highest(atoms);
         }
         let peak = |own: &Normal| {
             let x = self.climbed(own.mean);
-            (x, self.density(x))
+            Peak { at: vec![x], free: 1, size: self.density(x) }
         };
-        let mut peaks = self.0.iter().map(peak);
-        let first = peaks.next().expect("internal: a mixture has components");
         // Of two equal peaks the first.
-        peaks.fold(first, |best, own| if own.1 > best.1 * (1.0 + 1e-12) { own } else { best })
+        let mut peaks = highest(self.0.iter().map(peak).collect());
+        peaks.truncate(1);
+        peaks
     }
 
     /// The peak above a point: Newton's steps where the density is concave and they lead upwards, otherwise the mean of the
@@ -203,11 +250,12 @@ mod tests {
             let own = mixture(all);
             let found = own.entropy();
             assert!((found - entropy).abs() <= 1e-13 * entropy.abs().max(1.0), "{found}, expected {entropy}");
-            let (found, _) = own.mode();
+            let found = own.modes()[0].at[0];
             assert!((found - mode).abs() <= 1e-14 * mode.abs().max(1.0), "{found}, expected {mode}");
         }
         assert_eq!(mixture(&[[0.5, 0.0, 1.0], [0.5, 3.0, 0.0]]).entropy(), f64::NEG_INFINITY);
-        assert_eq!(mixture(&[[0.5, 0.0, 1.0], [0.5, 3.0, 0.0]]).mode(), (3.0, f64::INFINITY));
+        let point = Peak { at: vec![3.0], free: 0, size: 0.5 };
+        assert_eq!(mixture(&[[0.5, 0.0, 1.0], [0.5, 3.0, 0.0]]).modes(), [point]);
     }
 
     const CASES: &[(&[[f64; 3]], f64, f64)] = &[

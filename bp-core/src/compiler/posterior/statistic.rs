@@ -3,11 +3,13 @@
 //! In: a [`Part`], and a statistic of its distribution. Out: rows. Invariant: each number is exact to rounding; of several reals
 //! together there are moments, quantiles, draws, and of independent laws the entropy.
 
-use super::one_real::{MOST_DISTINCT, OneReal};
+use super::conditional::apart;
+use super::one_real::{MOST_DISTINCT, OneReal, Peak};
 use super::part::{Part, PartLaw, Slot};
 use super::quantile::figures;
 use super::{Figure, Row};
 use crate::error::Error;
+use crate::ids::{FactorId, VariableId};
 use crate::model::{Ask, Model, Statistic};
 use crate::random::{Random, seeded};
 use crate::spelling::exact;
@@ -41,6 +43,29 @@ pub(crate) fn refused_of_reals(statistic: &Statistic, reals: usize) -> Option<St
         }
         _ => Some(format!("`{word}` of these distributions is not computed")),
     }
+}
+
+/// The figure of a peak: a probability where all reals are determined.
+fn of_peak(peak: &Peak) -> Figure {
+    match peak.free {
+        0 => Figure::Probability { p: peak.size },
+        _ => Figure::Density { density: peak.size },
+    }
+}
+
+/// Of several largest values the statistic `max` gives the first.
+fn first_or_all(statistic: &Statistic, mut rows: Vec<Row>) -> Vec<Row> {
+    if *statistic == Statistic::Maximum {
+        rows.truncate(1);
+    }
+    rows
+}
+
+/// The position of a variable's factor among all, parents first.
+fn parents_first(model: &Model, variable: VariableId) -> Option<usize> {
+    let all: Vec<FactorId> = model.factors.ids().collect();
+    let own = model.factor_of(variable);
+    model.parents_first(&all).iter().position(|id| Some(*id) == own)
 }
 
 impl Part {
@@ -103,8 +128,13 @@ impl Part {
                 Ok(vec![Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } }])
             }
             (PartLaw::ConditionalGaussian(law), Statistic::Maximum | Statistic::Argmax { .. }) => {
-                let (finite, reals, density) = law.mode(&self.of);
-                Ok(vec![together((finite, reals), Figure::Density { density })])
+                let places = apart(&self.of).1;
+                let depth = |place: &usize| parents_first(model, self.of[places[*place]].variable);
+                let mut order: Vec<usize> = (0..places.len()).collect();
+                order.sort_by_key(depth);
+                let row =
+                    |(finite, peak): (Vec<usize>, Peak)| together((finite, peak.at.clone()), of_peak(&peak));
+                Ok(first_or_all(&ask.statistic, law.modes(&self.of, &order).into_iter().map(row).collect()))
             }
             (PartLaw::Mixture(mixture), Statistic::Draw(count)) => {
                 draws(*count, &|random| mixture.draw(random))
@@ -118,8 +148,9 @@ impl Part {
                 Ok(vec![Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } }])
             }
             (PartLaw::Mixture(_), Statistic::Maximum | Statistic::Argmax { .. }) if alone => {
-                let (x, density) = one()?.map_or((f64::NAN, f64::NAN), |own| own.mode());
-                Ok(vec![at(&[x], Figure::Density { density })])
+                let peaks = one()?.map_or_else(Vec::new, |own| own.modes());
+                let rows = peaks.iter().map(|peak| at(&peak.at, of_peak(peak))).collect();
+                Ok(first_or_all(&ask.statistic, rows))
             }
             (PartLaw::Laws { laws, .. }, Statistic::Maximum | Statistic::Argmax { .. }) if alone => {
                 match laws[0].largest_density() {
