@@ -3,6 +3,7 @@
 //! In: names and values, a model and its questions. Out: [`Inputs`]. Invariant: every name is known to the model or a
 //! question, and every value is in its domain; both are checked here, where the names are available.
 
+mod fields;
 mod typed;
 
 use super::Value;
@@ -17,7 +18,7 @@ use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterK
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
-use typed::{displacement, listed_parts, numbers, one_size, size, words};
+use typed::{displacement, listed_parts, numbers, one_size, shaped, size, words};
 
 /// The meaning of a settable name.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -159,7 +160,8 @@ impl Settings {
         }
         // Values of variables may depend on sizes, and displacements on grids: sizes and grids are set first.
         let rank = |meaning: Meaning| match meaning {
-            Meaning::Parameter(_) => 0,
+            Meaning::Parameter(id) if model.parameters[id].kind == ParameterKind::Size => 0,
+            Meaning::Parameter(_) => 3,
             Meaning::Set(set) => 1 + usize::from(matches!(model.sets[set].kind, SetKind::Displacements(_))),
             Meaning::Value(_) | Meaning::Field => 3,
         };
@@ -239,7 +241,7 @@ impl Settings {
         match meaning {
             Meaning::Parameter(id) => {
                 let kind = model.parameters[id].kind;
-                let values = numbers(name, value)?;
+                let (shape, values) = shaped(name, value)?;
                 let refused = values.iter().find_map(|value| Some((*value, kind.refuses(*value)?)));
                 if let Some((value, expected)) = refused {
                     let message = format!("it is {}, but it must be {expected}", written(value));
@@ -248,6 +250,7 @@ impl Settings {
                 if kind == ParameterKind::Size {
                     self.sizes.insert(name.to_owned(), one_size(name, value)?);
                 }
+                let values = self.in_order(model, id, (&shape, values))?;
                 self.arrays.insert(name.to_owned(), values);
             }
             Meaning::Set(id) => match model.sets[id].kind {

@@ -79,3 +79,40 @@ fn a_list_of_components_leaves_finite_variables_exact() {
     assert!(found.strategy().is_exact());
     agrees(found.p(true).unwrap(), 1.0 / (1.0 + (-0.5f64).exp()), "A");
 }
+
+/// A parameter has its declared shape: m[1, 2] is the second number of the second row, whatever is repeated over the plate.
+#[test]
+fn rows_of_a_parameter_are_those_of_its_declaration() {
+    let over = |plate: &str, index: &str| {
+        let first = if plate.is_empty() { "1..=2" } else { "Cells" };
+        let (c, k) = if plate.is_empty() { ("C : 1..=2;", "P(C)") } else { ("", "") };
+        let form = if plate.is_empty() { "P(C) = uniform;" } else { "" };
+        let right = if plate.is_empty() { "K C" } else { "K" };
+        Program::parse(&format!(
+            "program Fields {plate} {{ parameters {{ m[{first}, 1..=3] : real; }} variables {{ K : 1..=3; O : bool; {c} }}
+             decomposition {{ P(K) {k} P(O | {right}) }}
+             forms {{ P(K) = uniform; {form} P(O | {right}) = bernoulli(m[{index}, K]); }} }}"
+        ))
+        .unwrap_or_else(|error| panic!("{error}"))
+    };
+    let (rows, columns) = ("[[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]", "[[0.1, 0.4], [0.2, 0.5], [0.3, 0.6]]");
+    let plain = over("", "C");
+    assert!(plain.clone().with("m", columns).is_err());
+    let plain = plain.with("m", rows).unwrap();
+    for (c, expected) in [(1, 0.2), (2, 0.5)] {
+        let found = plain.ask(&format!("P(O = true | K = 2, C = {c})")).unwrap().number().unwrap();
+        assert!((found - expected).abs() < 1e-15, "{found}");
+    }
+    let cells = over("over c in Cells", "c").with("Cells", 2).unwrap();
+    assert!(cells.clone().with("m", columns).is_err());
+    for given in [rows, "0.1, 0.2, 0.3, 0.4, 0.5, 0.6"] {
+        let found = cells.clone().with("m", given).unwrap().ask("P(O = true | K = 2)").unwrap();
+        let found: Vec<f64> = found.answer().answer.iter().map(|row| row.figure.number().unwrap()).collect();
+        assert!((found[0] - 0.2).abs() < 1e-15 && (found[1] - 0.5).abs() < 1e-15, "{given}: {found:?}");
+    }
+    let wrong = Program::parse(
+        "program Shape { parameters { m[1..=2, 1..=3] : real = [[0.1, 0.4], [0.2, 0.5], [0.3, 0.6]]; } variables { O : bool; }
+         decomposition { P(O) } forms { P(O) = bernoulli(m[1, 2]); } }",
+    );
+    assert!(wrong.unwrap_err().to_string().contains("2 rows of 3"));
+}

@@ -110,14 +110,20 @@ impl Setting<'_> {
         Some(self.slots_of(variable).start + element * self.components(variable) + component)
     }
 
-    /// The place of a field at some indices, row-major; `None` outside it.
+    /// The place of a field at some indices, the last in the order of [`Model::input_order`] fastest; `None` outside it.
     fn place_at(&self, parameter: ParameterId, indices: impl Iterator<Item = f64>) -> Option<usize> {
         let digit = |(index, over): (f64, &IndexSpace)| {
             let length = self.length(over).unwrap_or(0);
             let index = index - over.first() as f64;
             (index >= 0.0 && index < length as f64).then_some((index as usize, length))
         };
-        radix::position_inside(indices.zip(&self.model.parameters[parameter].over).map(digit))
+        let over = &self.model.parameters[parameter].over;
+        if over.len() < 2 || self.model.plate.is_none() {
+            return radix::position_inside(indices.zip(over).map(digit));
+        }
+        let all: Vec<(f64, &IndexSpace)> = indices.zip(over).collect();
+        let order = self.model.input_order(parameter);
+        radix::position_inside(order.into_iter().map(|at| digit(all[at])))
     }
 
     /// An index that depends on no variable.

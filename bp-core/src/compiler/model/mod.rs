@@ -108,6 +108,21 @@ impl Parameter {
     }
 }
 
+impl Model {
+    /// The positions of a parameter's ranges in the order in which its numbers are read: as declared; of one without a table of
+    /// defaults those over the set of the plate last.
+    pub(crate) fn input_order(&self, parameter: ParameterId) -> Vec<usize> {
+        let Parameter { over, default, .. } = &self.parameters[parameter];
+        let is_plate = |at: &usize| match over[*at] {
+            IndexSpace::Set(set) => default.len() < 2 && self.plate.is_some_and(|plate| plate.set == set),
+            IndexSpace::Range(_) => false,
+        };
+        let (plate, mut order): (Vec<usize>, Vec<usize>) = (0..over.len()).partition(is_plate);
+        order.extend(plate);
+        order
+    }
+}
+
 /// The kind of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum ParameterKind {

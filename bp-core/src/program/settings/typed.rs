@@ -25,26 +25,45 @@ pub(super) fn words(value: &Value) -> Vec<String> {
 
 /// The numbers of a value.
 pub(super) fn numbers(name: &str, value: &Value) -> Result<Vec<f64>, Error> {
+    shaped(name, value).map(|(_, numbers)| numbers)
+}
+
+/// The lengths of the lists of a value, the outer one first, and its numbers.
+pub(super) fn shaped(name: &str, value: &Value) -> Result<(Vec<usize>, Vec<f64>), Error> {
     match value {
         Value::List(values) => {
-            let all: Result<Vec<Vec<f64>>, Error> = values.iter().map(|value| numbers(name, value)).collect();
-            Ok(all?.concat())
+            of_rows(values.iter().map(|value| shaped(name, value)).collect::<Result<_, _>>()?)
+                .ok_or_else(|| Error::input(name, "its rows have different lengths"))
         }
-        Value::Real(number) if number.is_finite() => Ok(vec![*number + 0.0]),
-        Value::Integer(number) => Ok(vec![*number as f64]),
+        Value::Real(number) if number.is_finite() => Ok((Vec::new(), vec![*number + 0.0])),
+        Value::Integer(number) => Ok((Vec::new(), vec![*number as f64])),
         Value::Label(text) if text.starts_with('[') => listed_numbers(name, text),
-        other => words(other).iter().map(|word| number(name, word)).collect(),
+        other => {
+            let all: Vec<f64> =
+                words(other).iter().map(|word| number(name, word)).collect::<Result<_, _>>()?;
+            Ok((if all.len() == 1 { Vec::new() } else { vec![all.len()] }, all))
+        }
     }
 }
 
-/// The numbers of a list, `[1, 2]`, or of a list of rows of one length, `[[1, 0.5], [0.5, 2]]`, row by row.
-fn listed_numbers(name: &str, text: &str) -> Result<Vec<f64>, Error> {
+/// Rows of one shape together.
+fn of_rows(rows: Vec<(Vec<usize>, Vec<f64>)>) -> Option<(Vec<usize>, Vec<f64>)> {
+    let own = rows.first().map_or_else(Vec::new, |(shape, _)| shape.clone());
+    let is_even = rows.iter().all(|(shape, _)| *shape == own);
+    let shape = [vec![rows.len()], own].concat();
+    is_even.then(|| (shape, rows.into_iter().flat_map(|(_, numbers)| numbers).collect()))
+}
+
+/// The numbers of a list, `[1, 2]`, or of a list of rows of one length, `[[1, 0.5], [0.5, 2]]`, row by row, with its shape.
+fn listed_numbers(name: &str, text: &str) -> Result<(Vec<usize>, Vec<f64>), Error> {
     let wrong =
         || Error::input(name, format!("`{text}` is not a list of numbers, such as `[[1, 0.5], [0.5, 2]]`"));
     let inner = text.trim().strip_prefix('[').and_then(|inner| inner.strip_suffix(']'));
     let inner = inner.ok_or_else(wrong)?.trim();
     if !inner.contains(['[', ']']) {
-        return inner.split(',').map(|word| number(name, word.trim())).collect();
+        let all: Vec<f64> =
+            inner.split(',').map(|word| number(name, word.trim())).collect::<Result<_, _>>()?;
+        return Ok((vec![all.len()], all));
     }
     let (mut depth, mut from, mut rows) = (0, 0, Vec::new());
     for (at, character) in inner.char_indices().chain([(inner.len(), ',')]) {
@@ -58,10 +77,7 @@ fn listed_numbers(name: &str, text: &str) -> Result<Vec<f64>, Error> {
             _ => {}
         }
     }
-    match depth == 0 && rows.iter().all(|row| row.len() == rows[0].len()) {
-        true => Ok(rows.concat()),
-        false => Err(wrong()),
-    }
+    of_rows(rows).filter(|_| depth == 0).ok_or_else(wrong)
 }
 
 fn number(name: &str, text: &str) -> Result<f64, Error> {

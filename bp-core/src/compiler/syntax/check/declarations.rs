@@ -7,7 +7,7 @@
 use super::names::{did_you_mean, listed, otherwise_called};
 use super::{Checker, Meaning, constant, integer};
 use crate::diagnostic::Diagnostic;
-use crate::ids::SetId;
+use crate::ids::{ParameterId, SetId};
 use crate::model::{Bound, Domain, Family, IndexSpace, ParameterKind, Range, SetKind};
 use crate::syntax::ast::{self, ExprKind, Name};
 
@@ -88,6 +88,9 @@ impl Checker<'_> {
             let over: Vec<IndexSpace> = spaces.iter().filter_map(|space| self.space(space)).collect();
             let id = self.model.parameter_over(&name.text, kind, default.clone(), over);
             let span = parameter.default.as_ref().map_or(name.span(), ast::Expr::span);
+            if let Some(written) = &parameter.default {
+                self.rows_fit(name, written, id);
+            }
             self.parameter_spans.insert(id, span);
             self.declare(name, Meaning::Parameter(id));
         }
@@ -111,6 +114,21 @@ impl Checker<'_> {
             }
         }
         numbers
+    }
+
+    /// Whether a list of rows has the rows of a parameter of two ranges.
+    fn rows_fit(&mut self, name: &Name, written: &ast::Expr, parameter: ParameterId) {
+        let rows = parts(written);
+        let counts = self.model.so_far().parameters[parameter].over.iter();
+        let counts: Vec<Option<usize>> = counts.map(|over| self.model.so_far().index_count(over)).collect();
+        let is_row = |row: &&ast::Expr| matches!(row.kind, ExprKind::Vector(_));
+        if let ([Some(high), Some(wide)], true) = (counts.as_slice(), rows.iter().any(is_row))
+            && (rows.len() != *high || rows.iter().any(|row| parts(row).len() != *wide))
+        {
+            let message =
+                format!("`{}` has {high} rows of {wide} numbers, but this list has other rows", name.text);
+            self.complain(written.span(), message);
+        }
     }
 
     pub(super) fn space(&mut self, space: &ast::Space) -> Option<IndexSpace> {
