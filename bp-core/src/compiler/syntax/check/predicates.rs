@@ -14,14 +14,12 @@ use crate::source::Span;
 use crate::syntax::ast::Expr;
 
 impl Checker<'_> {
-    /// The difference of two numbers of which one is a real variable's or a component's, of a comparison for equality.
+    /// The difference of two numbers of which one is a real variable's, of a comparison for equality.
     pub(super) fn equation(&mut self, root: ExpressionId, span: Span) -> Option<ExpressionId> {
         let model = self.model.so_far();
         let Expression::Binary(Binary::Equal, left, right) = model.expressions[root] else { return None };
         let real = |id: &ExpressionId| match &model.expressions[*id] {
-            Expression::Variable(use_) => {
-                matches!(model.variables[use_.variable].domain, Domain::Real | Domain::Vector(_))
-            }
+            Expression::Variable(use_) => model.variables[use_.variable].domain == Domain::Real,
             _ => false,
         };
         model.nodes_below(root).iter().any(real).then(|| {
