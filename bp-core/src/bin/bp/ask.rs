@@ -118,21 +118,28 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let questions: Vec<Question> =
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
-    // A family whose length is not known has no table; its columns determine the length.
-    let by_columns = |question: &Question| match arguments.data.is_some() && !over_time(question) {
-        true => {
-            let family = |id: &VariableId| model.variables[*id].family.is_some();
-            filled(&model, question, &open(question).into_iter().filter(family).collect(), &BTreeSet::new())
+    // The columns of data give values to what the question leaves open.
+    let by_columns = |question: &Question, is_given: &dyn Fn(&VariableId) -> bool| {
+        match arguments.data.is_some() && !over_time(question) {
+            true => filled(&model, question, &open(question).into_iter().filter(is_given).collect(), &BTreeSet::new()),
+            false => question.clone(),
         }
-        false => question.clone(),
     };
+    // A family whose length is not known has no table; its columns determine the length.
+    let is_family = |id: &VariableId| model.variables[*id].family.is_some();
     let options = arguments.inference.options();
     let compiled: Vec<CompiledQuestion<'_>> = questions
         .iter()
         .map(|question| match rows.is_empty() {
             true => {
-                let question = by_columns(question);
-                compile_by(&model, &question, options).or_else(|_| compile_sized(&model, &question, options))
+                let by_families = by_columns(question, &is_family);
+                compile_by(&model, &by_families, options)
+                    .or_else(|_| compile_sized(&model, &by_families, options))
+                    .or_else(|error| {
+                        // Without values there may be no table.
+                        let given = by_columns(question, &|_| true);
+                        compile_sized(&model, &given, options).map_err(|_| error)
+                    })
             }
             false => compile_sized(&model, question, options),
         })

@@ -17,6 +17,7 @@ mod form;
 mod invalid;
 mod law;
 mod least;
+pub(crate) mod ln_terms;
 mod number;
 mod order;
 mod reads;
@@ -30,6 +31,7 @@ pub(crate) use affine::{LinearMean, has_square, no_square};
 pub(crate) use compiled::Densities;
 pub(crate) use contexts::Contexts;
 pub use least::Least;
+pub(crate) use ln_terms::{LnTerms, exact_sum, weights as ln_weights};
 pub use setting::{Instance, Setting};
 pub(crate) use written_out::{WrittenOut, uses_elements};
 

@@ -59,7 +59,8 @@ pub(crate) fn weight<V: Value>(
 
 /// The law that is the same over bins whose ends do not enclose its location, but for a factor, and that has its location
 /// at the nearest end, where differences from it keep their digits. A Laplace law is exponential on each side; so is a normal law many widths
-/// away, by the slope of ln f at that end. Parameters that are not known stay.
+/// away, by the slope of ln f at that end. A lognormal law so far away that all other bins have the mass 0 is in the bin at that end.
+/// Parameters that are not known stay.
 pub(crate) fn located<A: Arithmetic>(
     by: &mut A,
     law: Law,
@@ -74,6 +75,12 @@ pub(crate) fn located<A: Arithmetic>(
         return (law, parameters);
     };
     let (low, high) = bins.ends();
+    if law == Law::Lognormal {
+        return match at_end(bins, *location, *scale) {
+            Some(end) => (Law::Laplace, [end, (high - low) * SURELY].map(|number| by.constant(number)).to_vec()),
+            None => (law, parameters),
+        };
+    }
     let nearest = location.clamp(low, high);
     let distance = (location - nearest).abs();
     let scale = match law {
@@ -82,6 +89,26 @@ pub(crate) fn located<A: Arithmetic>(
         _ => return (law, parameters),
     };
     (Law::Laplace, [nearest, scale].map(|number| by.constant(number)).to_vec())
+}
+
+/// The scale, in widths of the domain, of a law that has all of its mass in the bin of its location.
+const SURELY: f64 = 1e-10;
+
+/// The end of the bins at which a lognormal law with these parameters has all of its mass, as far as f64 holds it: ln x has a normal
+/// law, whose slope at that end takes more than e⁷⁵⁰ from the next bin.
+fn at_end(bins: &Bins, location: f64, scale: f64) -> Option<f64> {
+    const NOTHING: f64 = 750.0;
+    let (edges, count) = (bins.edges(), bins.count());
+    let (low, high) = bins.ends();
+    let falls = |distance: f64, outer: f64, inner: f64| {
+        distance / scale * (outer.ln() - inner.ln()).abs() / scale > NOTHING
+    };
+    let (above, below) = (location - high.ln(), low.ln() - location);
+    match (above > 0.0 && high > 0.0, below > 0.0 && low > 0.0) {
+        (true, _) => falls(above, high, edges[count - 1]).then_some(high),
+        (_, true) => falls(below, low, edges[1]).then_some(low),
+        _ => None,
+    }
 }
 
 /// Whether a law wraps around a circle; others are cut at its ends.

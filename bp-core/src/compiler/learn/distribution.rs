@@ -4,7 +4,7 @@
 //! share all their numbers are the same, in any family: so elements of a family of variables and of a plate share their
 //! cases; a learned number belongs to one distribution, except those of normal distributions.
 
-use super::kind::{At, INSTEAD};
+use super::kind::{At, Found, INSTEAD};
 use super::parametric::MOST_CONTEXTS;
 use super::program::{Family, Program};
 use super::statistics::Statistic;
@@ -221,7 +221,7 @@ impl Finder<'_> {
             for (slot, ordinal) in right.iter().rev().zip(ordinals) {
                 values[*slot] = ordinal as f64;
             }
-            if let Some(found) = self.find(family, &values)? {
+            if let Some((found, _)) = self.find(family, &values)? {
                 visit(&self.catalogue.distributions[found].kind, &values);
             }
         }
@@ -236,10 +236,15 @@ impl Finder<'_> {
         values: &[f64],
         numbers: &[f64],
     ) -> Result<Option<(usize, Seen)>, Error> {
-        let Some(position) = self.find(family, values)? else { return Ok(None) };
+        let Some((position, places)) = self.find(family, values)? else { return Ok(None) };
         let left = family.instance.left[0];
         let seen = match &self.catalogue.distributions[position].kind {
-            Kind::Row(_) => Seen::Value(self.setting.left_value(&family.instance, values) as usize),
+            Kind::Row(_) => {
+                let value = self.setting.left_value(&family.instance, values) as usize;
+                // A value of probability 0 has no share.
+                let Some(place) = places.get(value).copied().flatten() else { return Ok(None) };
+                Seen::Value(place)
+            }
             Kind::Law(..) => Seen::Number(numbers[left]),
             Kind::Regression(_) => {
                 let right = &self.program.model.factors[family.instance.factor].right;
@@ -256,19 +261,20 @@ impl Finder<'_> {
         statistics.extend(new.map(|it| Statistic::of(&it.kind)));
     }
 
-    fn find(&mut self, family: &Family, values: &[f64]) -> Result<Option<usize>, Error> {
+    /// The position of the distribution, and the places of the values in its row.
+    fn find(&mut self, family: &Family, values: &[f64]) -> Result<Option<(usize, Vec<Option<usize>>)>, Error> {
         let (program, setting) = (self.program, &self.setting);
         let at = At { program, setting, instance: &family.instance, values };
-        let Some((kind, unknown)) = at.kind()? else { return Ok(None) };
+        let Some(Found { kind, unknown, places }) = at.kind()? else { return Ok(None) };
         if let Some(position) = self.catalogue.known.get(&kind) {
-            return Ok(Some(*position));
+            return Ok(Some((*position, places)));
         }
         let (factor, fit) = (family.instance.factor, unknown.map(|it| program.unknowns.list[it].fit.clone()));
         self.is_sound(factor, &kind)?;
         let position = self.catalogue.distributions.len();
         self.catalogue.known.insert(kind.clone(), position);
         self.catalogue.distributions.push(Distribution { kind, factor, fit });
-        Ok(Some(position))
+        Ok(Some((position, places)))
     }
 
     /// Refuses distributions whose maximum cannot be computed here.

@@ -11,6 +11,7 @@ use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId};
 use crate::law::Law;
 use crate::model::{Expression, Form, VariableUse};
+use crate::operators::{Binary, Unary};
 use crate::radix;
 
 /// A family in a case.
@@ -38,12 +39,37 @@ enum Read {
 pub(super) const INSTEAD: &str =
     "declare it as a variable with a prior, and ask for its posterior: `bp ask FILE 'P(…)' --rows data.csv`";
 
-/// A kind of distribution, and its `unknown` form.
-type Found = Option<(Kind, Option<usize>)>;
+/// A kind of distribution.
+pub(super) struct Found {
+    pub(super) kind: Kind,
+    /// Its `unknown` form.
+    pub(super) unknown: Option<usize>,
+    /// Of a row, for each value its place among the shares; none where its probability is 0. Empty of other kinds.
+    pub(super) places: Vec<Option<usize>>,
+}
+
+impl Found {
+    fn of(kind: Kind, unknown: Option<usize>) -> Option<Self> {
+        Some(Self { kind, unknown, places: Vec::new() })
+    }
+
+    /// A row in the order that all rows of the same numbers have: what the others leave first, then cell by cell. So
+    /// `categorical(p, 1 - p, 0)` and `bernoulli(p)` are one distribution, and share their counts.
+    fn of_row(row: &[Option<Share>], unknown: Option<usize>) -> Option<Self> {
+        let mut shares: Vec<Share> = row.iter().flatten().copied().collect();
+        shares.sort_unstable_by_key(|share| match share {
+            Share::Rest => None,
+            Share::Learned(cell) => Some(*cell),
+        });
+        let place = |share: Share| shares.iter().position(|own| *own == share);
+        let places = row.iter().map(|share| share.and_then(place)).collect();
+        Some(Self { kind: Kind::Row(shares), unknown, places })
+    }
+}
 
 impl At<'_> {
     /// The distribution of the family.
-    pub(super) fn kind(&self) -> Result<Found, Error> {
+    pub(super) fn kind(&self) -> Result<Option<Found>, Error> {
         self.of_form(&self.program.model.factors[self.factor()].form)
     }
 
@@ -59,7 +85,7 @@ impl At<'_> {
         Some(self.setting.expression(id, self.instance, self.values)).filter(|number| !number.is_nan())
     }
 
-    fn of_form(&self, form: &Form) -> Result<Found, Error> {
+    fn of_form(&self, form: &Form) -> Result<Option<Found>, Error> {
         let (program, model) = (self.program, &self.program.model);
         if !program.is_learned(form) {
             return Ok(None);
@@ -71,8 +97,15 @@ impl At<'_> {
             }
             Form::Previous { at: None, otherwise, .. } => self.of_form(otherwise),
             Form::Bernoulli(chance) => match self.argument(*chance)? {
-                Read::Cell(cell) => Ok(Some((Kind::Row(vec![Share::Rest, Share::Learned(cell)]), None))),
-                Read::Mixed => Err(self.indirect()),
+                Read::Cell(cell) => {
+                    Ok(Found::of_row(&[Some(Share::Rest), Some(Share::Learned(cell))], None))
+                }
+                Read::Mixed => match self.complement(*chance)?.as_deref() {
+                    Some([cell]) => {
+                        Ok(Found::of_row(&[Some(Share::Learned(*cell)), Some(Share::Rest)], None))
+                    }
+                    _ => Err(self.indirect()),
+                },
                 Read::Known(_) => Ok(None),
             },
             Form::Categorical(entries) => self.row(entries),
@@ -92,7 +125,7 @@ impl At<'_> {
                     return Ok(None);
                 };
                 let cells = parameters.iter().map(|parameter| Cell::Place(*parameter, 0)).collect();
-                Ok(Some((Kind::Regression(cells), Some(unknown))))
+                Ok(Found::of(Kind::Regression(cells), Some(unknown)))
             }
             Form::Law { law, arguments } => self.law(*law, arguments),
             other => {
@@ -116,7 +149,7 @@ impl At<'_> {
         Ok(chosen.ok_or_else(|| self.wrong("its condition cannot be computed from a case"))? != 0.0)
     }
 
-    fn law(&self, law: Law, written: &[ExpressionId]) -> Result<Found, Error> {
+    fn law(&self, law: Law, written: &[ExpressionId]) -> Result<Option<Found>, Error> {
         let (mut arguments, mut unknown) = (Vec::new(), None);
         for argument in written {
             arguments.push(match self.argument(*argument)? {
@@ -133,33 +166,64 @@ impl At<'_> {
         if arguments.iter().all(|argument| matches!(argument, Argument::Known(_))) {
             return Ok(None);
         }
-        Ok(Some((Kind::Law(law, arguments), unknown)))
+        Ok(Found::of(Kind::Law(law, arguments), unknown))
     }
 
-    fn row(&self, entries: &[ExpressionId]) -> Result<Found, Error> {
+    fn row(&self, entries: &[ExpressionId]) -> Result<Option<Found>, Error> {
         let shares: Vec<Read> =
             entries.iter().map(|entry| self.argument(*entry)).collect::<Result<_, _>>()?;
         if shares.iter().all(|share| matches!(share, Read::Known(_))) {
             return Ok(None);
         }
         let row = shares.iter().map(|share| match share {
-            Read::Cell(cell) => Share::Learned(*cell),
-            _ => Share::Rest,
+            Read::Cell(cell) => Some(Share::Learned(*cell)),
+            Read::Mixed => Some(Share::Rest),
+            Read::Known(_) => None,
         });
-        let row: Vec<Share> = row.collect();
-        let rests = row.iter().filter(|share| **share == Share::Rest).count();
-        let known = shares.iter().any(|share| matches!(share, Read::Known(_)));
+        let row: Vec<Option<Share>> = row.collect();
+        let rests = row.iter().filter(|share| **share == Some(Share::Rest)).count();
+        let known = shares.iter().any(|share| matches!(share, Read::Known(number) if *number != 0.0));
         if rests > 1 || known {
-            let message = "a row is learned whole: each probability a parameter, but for one that is what the \
+            let message = "a row is learned whole: each probability a parameter or 0, but for one that is what the \
                            others leave, such as `categorical(p, q, 1 - p - q)`";
             return Err(self.wrong(message));
         }
-        let total: f64 = entries.iter().filter_map(|entry| self.number(*entry)).sum();
-        if rests == 1 && (total - 1.0).abs() > 1e-9 {
-            return Err(self.wrong("the last probability of a row is not one minus the others"));
+        if let Some(rest) = row.iter().position(|share| *share == Some(Share::Rest)) {
+            let mut cells: Vec<Cell> = (row.iter().flatten())
+                .filter_map(|share| if let Share::Learned(cell) = share { Some(*cell) } else { None })
+                .collect();
+            cells.sort_unstable();
+            if self.complement(entries[rest])? != Some(cells) {
+                return Err(self.wrong("a probability of a row is neither a parameter nor one minus the others"));
+            }
         }
         let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();
-        Ok(Some((Kind::Row(row), unknown)))
+        Ok(Found::of_row(&row, unknown))
+    }
+
+    /// The cells of an expression that is one minus each of them, in order.
+    fn complement(&self, id: ExpressionId) -> Result<Option<Vec<Cell>>, Error> {
+        let (mut constant, mut cells) = (0.0, Vec::new());
+        let mut waiting = vec![(id, 1.0)];
+        while let Some((id, sign)) = waiting.pop() {
+            match &self.program.model.expressions[id] {
+                Expression::Binary(operator @ (Binary::Add | Binary::Subtract), left, right) => {
+                    let right_sign = if *operator == Binary::Add { sign } else { -sign };
+                    waiting.extend([(*left, sign), (*right, right_sign)]);
+                }
+                Expression::Unary(Unary::Negate, operand) => waiting.push((*operand, -sign)),
+                Expression::If { condition, then, otherwise } => {
+                    waiting.push((if self.condition(*condition)? { *then } else { *otherwise }, sign));
+                }
+                _ => match self.argument(id)? {
+                    Read::Cell(cell) if sign < 0.0 => cells.push(cell),
+                    Read::Known(number) => constant += sign * number,
+                    _ => return Ok(None),
+                },
+            }
+        }
+        cells.sort_unstable();
+        Ok((constant == 1.0).then_some(cells))
     }
 
     fn indirect(&self) -> Error {

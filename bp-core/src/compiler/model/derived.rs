@@ -150,8 +150,8 @@ impl Model {
         self.variables[variable].derived == Some(DerivedKind::Equation)
     }
 
-    /// Whether a factor is that of a predicate or an equation about reals which other variables determine: they have rounding
-    /// errors, and are compared as an observation is.
+    /// Whether a factor is that of a predicate or an equation about numbers which other variables determine, and which are not whole:
+    /// they have rounding errors, and are compared as an observation is.
     pub fn compares_determined(&self, factor: &Factor) -> bool {
         let has_dirac = |form: &Form| {
             let (mut waiting, mut found) = (vec![form.clone()], false);
@@ -167,7 +167,23 @@ impl Model {
         };
         let is_asked =
             |left: &VariableUse| self.is_predicate(left.variable) || self.is_equation(left.variable);
-        factor.left.iter().all(is_asked) && factor.right.iter().any(is_determined)
+        let is_finite = |use_: &VariableUse| self.variables[use_.variable].domain.is_finite();
+        factor.left.iter().all(is_asked)
+            && (factor.right.iter().any(is_determined)
+                || factor.right.iter().all(is_finite) && self.compares_fractions(factor))
+    }
+
+    /// Whether a factor compares numbers that are not whole by construction: `K * 0.1 == 0.3`.
+    fn compares_fractions(&self, factor: &Factor) -> bool {
+        let Form::Dirac(root) = factor.form else { return false };
+        let is_whole = |id: &ExpressionId| self.is_whole(*id);
+        self.nodes_below(root).into_iter().any(|id| match &self.expressions[id] {
+            Expression::Binary(operator, left, right) => {
+                let compares = operator.compares() || id == root && self.is_equation(factor.left[0].variable);
+                compares && ![left, right].into_iter().all(is_whole)
+            }
+            _ => false,
+        })
     }
 
     /// Whether a variable is a predicate of a question.

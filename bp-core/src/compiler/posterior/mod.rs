@@ -33,7 +33,7 @@ pub use numbers::Numbers;
 pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named, will_fit};
-pub(crate) use statistic::{check_draws, refused_of_reals};
+pub(crate) use statistic::{check_draws, refused_of_reals, refused_values};
 pub use table::{Column, Table};
 
 use crate::equation::Strategy;

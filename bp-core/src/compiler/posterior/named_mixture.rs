@@ -58,6 +58,11 @@ impl NamedMixture {
         self.average(|own| own.laws[place].density(x))
     }
 
+    /// The density at a value of each slot, where the slots are independent in each component.
+    pub(crate) fn density_at(&self, at: &[f64]) -> f64 {
+        self.average(|own| own.laws.iter().zip(at).map(|(law, x)| law.density(*x)).product())
+    }
+
     /// The smallest value of a slot that is not exceeded with this probability, by bisection between the quantiles of the components.
     pub fn quantile(&self, place: usize, level: f64) -> f64 {
         // In the tail that is smaller.

@@ -10,7 +10,7 @@ use super::quantile::figures;
 use super::{Figure, Row};
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Model, Statistic};
+use crate::model::{Ask, Model, Searched, Statistic};
 use crate::random::{Random, seeded};
 use crate::spelling::exact;
 
@@ -66,6 +66,22 @@ fn parents_first(model: &Model, variable: VariableId) -> Option<usize> {
     let all: Vec<FactorId> = model.factors.ids().collect();
     let own = model.factor_of(variable);
     model.parents_first(&all).iter().position(|id| Some(*id) == own)
+}
+
+/// Why the density at the values of a question is not computed: all variables are searched at a value, or none is.
+pub(crate) fn refused_values(model: &Model, ask: &Ask) -> Option<String> {
+    let is_at = |item: &&Searched| item.at.is_some();
+    let at = ask.searched.iter().find(is_at)?;
+    let name = model.variable_name(at.variable);
+    if ask.statistic != Statistic::Distribution {
+        let word = ask.statistic.word();
+        return Some(format!("`{word}` of `{name}` at one value is not computed: ask for `{word} P({name} | …)`"));
+    }
+    let open = ask.searched.iter().find(|item| !is_at(item))?;
+    let open = model.variable_name(open.variable);
+    Some(format!(
+        "`{name}` is searched at one value beside all values of `{open}`: ask for `P({open} | {name} = …)`, or give `{open}` a value too"
+    ))
 }
 
 impl Part {
@@ -163,6 +179,28 @@ impl Part {
             }
             _ => Ok(self.moments_or_rows(model, &ask.statistic)),
         }
+    }
+
+    /// The row of the density at one value of each slot, with probabilities of the finite ones; named laws are independent.
+    pub(crate) fn row_at(&self, model: &Model, values: &[f64]) -> Row {
+        let (finite, reals) = apart(&self.of);
+        let density = match &self.law {
+            PartLaw::ConditionalGaussian(law) => {
+                let ordinals: Vec<usize> = finite.iter().map(|place| values[*place] as usize).collect();
+                let reals: Vec<f64> = reals.iter().map(|place| values[*place]).collect();
+                law.density(&ordinals, &reals)
+            }
+            PartLaw::Laws { laws, .. } => laws.iter().zip(values).map(|(law, x)| law.density(*x)).product(),
+            PartLaw::NamedMixture(mixture) => mixture.density_at(values),
+            law => law.density(values),
+        };
+        let value = |(slot, value): (&Slot, &f64)| match slot.count {
+            0 => exact(*value),
+            _ => model.value_name(slot.variable, *value as usize),
+        };
+        let names = self.of.iter().map(|slot| slot.name(model));
+        let values = names.zip(self.of.iter().zip(values).map(value)).collect();
+        Row { values, figure: Figure::Density { density } }
     }
 
     /// The entropy of one real with a named law or a mixture, in nats.

@@ -78,11 +78,12 @@ impl Draws {
     pub fn weighted(values: Vec<f64>, kept: usize, ln_weights: &[f64]) -> Self {
         let mut weights = ln_weights.to_vec();
         normalise(&mut weights);
-        // Draws of one weight, such as those of a posterior, lose no digits of it.
-        let ln_mean_weight = match ln_weights.first() {
-            Some(first) if ln_weights.iter().all(|ln| ln == first) => *first,
-            _ => ln_sum(ln_weights) - (ln_weights.len() as f64).ln(),
-        };
+        let ln_mean_weight = ln_sum(ln_weights) - (ln_weights.len() as f64).ln();
+        Self::of_weights(values, kept, weights, ln_mean_weight)
+    }
+
+    /// Draws of `kept` slots each, whose weights sum to one, or are all 0, and ln of the mean of these before.
+    pub(crate) fn of_weights(values: Vec<f64>, kept: usize, weights: Vec<f64>, ln_mean_weight: f64) -> Self {
         Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain: None, origins: Vec::new() }
     }
 

@@ -5,7 +5,7 @@
 
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::ids::Id;
+use crate::ids::{Id, VariableId};
 use crate::model::{Ask, Finding, Value};
 
 /// Values and likelihoods of slots.
@@ -49,14 +49,11 @@ impl Observations {
             let slots = setting.slots_of(known.variable);
             let name = setting.model.variable_name(known.variable);
             match &known.evidence {
-                Finding::Hard(Value::Ordinal(ordinal)) => observations.values[slots].fill(*ordinal as f64),
-                Finding::Hard(Value::Real(number)) => observations.values[slots].fill(*number),
-                Finding::Hard(Value::Vector(numbers)) => observations.values[slots].copy_from_slice(numbers),
+                Finding::Hard(value) => observations.put(setting, known.variable, value)?,
                 Finding::Virtual(likelihoods) => {
                     observations.likelihoods.push((slots.start, likelihoods.clone()))
                 }
                 Finding::Each if Some(known.variable) == setting.model.plate_index() => {}
-                Finding::Hard(Value::Given(given)) => observations.give(setting, slots, given)?,
                 _ => observations.give(setting, slots, &name)?,
             }
             // A component that a question names is that of its vector.
@@ -68,6 +65,33 @@ impl Observations {
             }
         }
         Ok(observations)
+    }
+
+    /// The values at which all variables of an ask are searched, slot by slot: ordinals of finite variables, numbers of reals; `None`
+    /// where one is not searched at a value.
+    ///
+    /// # Errors
+    /// As [`Observations::of`].
+    pub(crate) fn searched(setting: &Setting<'_>, ask: &Ask) -> Result<Option<Vec<f64>>, Error> {
+        let mut observations = Self::none(setting);
+        for item in &ask.searched {
+            let Some(value) = &item.at else { return Ok(None) };
+            observations.put(setting, item.variable, value)?;
+        }
+        let slots = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable));
+        Ok(Some(slots.map(|slot| observations.values[slot]).collect()))
+    }
+
+    /// Puts a value of a question into the slots of a variable.
+    fn put(&mut self, setting: &Setting<'_>, variable: VariableId, value: &Value) -> Result<(), Error> {
+        let slots = setting.slots_of(variable);
+        match value {
+            Value::Ordinal(ordinal) => self.values[slots].fill(*ordinal as f64),
+            Value::Real(number) => self.values[slots].fill(*number),
+            Value::Vector(numbers) => self.values[slots].copy_from_slice(numbers),
+            Value::Given(given) => self.give(setting, slots, given)?,
+        }
+        Ok(())
     }
 
     /// Observes the values that the host gives under a name: a number for each slot; NaN for an element that is not

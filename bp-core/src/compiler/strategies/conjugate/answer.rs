@@ -7,7 +7,7 @@ use super::Conjugate;
 use super::likelihood::{Kind, contribution};
 use super::offer::{element_of, kind_of, predicate_of};
 use super::unknown::{Evidenced, Unknown};
-use crate::distribution::{Distribution, Instance, Setting};
+use crate::distribution::{Distribution, Instance, LnTerms, Setting};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
@@ -63,6 +63,7 @@ impl<'s> Posterior<'s> {
         values: Vec<f64>,
     ) -> Result<(Self, f64), Error> {
         let (posterior, ln_evidence) = Self::at(setting, of, values)?;
+        let ln_evidence = ln_evidence.total();
         if ln_evidence == f64::NEG_INFINITY {
             let reason = setting.zero_factor_but(&posterior.plain(), &|slot| posterior.is_unknown[slot]);
             return Err(Error::Impossible(Impossible { question: setting.model.ask_text(ask), reason }));
@@ -81,7 +82,7 @@ impl<'s> Posterior<'s> {
         setting: &'s Setting<'s>,
         of: &Conjugate,
         values: Vec<f64>,
-    ) -> Result<(Self, f64), Error> {
+    ) -> Result<(Self, LnTerms), Error> {
         let mut posterior = Self::new(setting, of, values)?;
         let ln_evidence = posterior.observe(of)?;
         Ok((posterior, ln_evidence))
@@ -112,9 +113,9 @@ impl<'s> Posterior<'s> {
     }
 
     /// Adds all that is observed; returns ln of its probability.
-    fn observe(&mut self, of: &Conjugate) -> Result<f64, Error> {
+    fn observe(&mut self, of: &Conjugate) -> Result<LnTerms, Error> {
         let setting = self.setting;
-        let mut ln = 0.0;
+        let mut ln = LnTerms::default();
         for id in &of.observed {
             let components = setting.model.components(setting.model.factors[*id].left[0].variable);
             for instance in setting.instances(*id)? {
@@ -125,8 +126,8 @@ impl<'s> Posterior<'s> {
                 self.has_observations = true;
                 let value = &self.values[slot..slot + components];
                 let found = contribution(setting, &instance, value, &self.values, &self.is_unknown)?;
-                ln += found.ln_factor;
-                if !ln.is_finite() {
+                ln.add(found.ln_factor);
+                if !found.ln_factor.is_finite() {
                     // The error of the form, if one of its numbers is not valid.
                     setting.distribution(&instance, &self.plain())?;
                     return Ok(ln);
@@ -140,7 +141,7 @@ impl<'s> Posterior<'s> {
         // In the order of the slots, so that the sum has the same bits each time.
         let mut slots: Vec<&usize> = self.unknowns.keys().collect();
         slots.sort_unstable();
-        ln += slots.into_iter().map(|slot| self.unknowns[slot].0.ln_probability()).sum::<f64>();
+        slots.into_iter().for_each(|slot| ln.add(self.unknowns[slot].0.ln_probability()));
         Ok(ln)
     }
 
@@ -170,7 +171,7 @@ impl<'s> Posterior<'s> {
 
     /// The named distributions of some unknowns.
     fn unknowns(&self, ask: &Ask, ln_evidence: Option<f64>, seed: u64) -> Result<Answer, Error> {
-        of_laws(self.setting.model, ask, self.laws(ask), (ln_evidence, seed))
+        of_laws(self.setting, ask, self.laws(ask), (ln_evidence, seed))
     }
 
     /// The slots that an ask searches, their distributions, and their covariances, row by row.
@@ -282,19 +283,24 @@ pub(super) fn truth_cells(
 /// # Errors
 /// A number that f64 does not hold.
 pub(super) fn of_laws(
-    model: &Model,
+    setting: &Setting<'_>,
     ask: &Ask,
     (of, laws, covariance): (Vec<Slot>, Vec<NamedLaw>, Vec<f64>),
     (ln_evidence, seed): (Option<f64>, u64),
 ) -> Result<Answer, Error> {
+    let model = setting.model;
     let part = Part { instant: None, given: Vec::new(), of, law: PartLaw::Laws { laws, covariance } };
+    let rows = match Observations::searched(setting, ask)? {
+        Some(values) => vec![part.row_at(model, &values)],
+        None => part.rows_of(model, ask, seed)?,
+    };
     Ok(Answer {
         question: model.ask_text(ask),
         strategy: Strategy::Conjugate,
         when: ask.when,
         ln_evidence,
         estimate: None,
-        answer: part.rows_of(model, ask, seed)?.into(),
+        answer: rows.into(),
         parts: vec![part],
     })
 }

@@ -14,7 +14,7 @@ use crate::model::{
     Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Searched, Statistic,
     VariableUse,
 };
-use crate::posterior::refused_of_reals;
+use crate::posterior::{refused_of_reals, refused_values};
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
@@ -293,13 +293,20 @@ fn refused_ask(
     if matches!(ask.statistic, Statistic::Draw(_)) && ask.searched.iter().any(is_vector) {
         return Some("proportions are drawn by draws of the program".to_owned());
     }
-    if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
-        let name = model.variable_name(item.variable);
-        return Some(format!(
-            "it does not give the density of `{name}` at one value: ask for `P({name} | …)`"
-        ));
-    }
-    None
+    refused_values(model, ask).or_else(|| dependent_values(model, ask))
+}
+
+/// Why the density of several unknowns at values is not computed: components of proportions depend on each other.
+pub(super) fn dependent_values(model: &Model, ask: &Ask) -> Option<String> {
+    let has_components = |item: &&Searched| {
+        model.components(item.variable) > 1
+            || element_of(model, item.variable).is_some_and(|(_, component)| component.is_some())
+    };
+    let several = ask.searched.len() > 1 || ask.searched.iter().any(|item| model.components(item.variable) > 1);
+    let at = ask.searched.iter().any(|item| item.at.is_some());
+    let item = ask.searched.iter().find(has_components).filter(|_| at && several)?;
+    let name = model.variable_name(item.variable);
+    Some(format!("the density of several components of `{name}` together is not computed: ask for each alone"))
 }
 
 impl Offered for Conjugate {

@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, Searched, Statistic};
-use crate::posterior::{Answer, NamedLaw, Slot, Table, refused_of_reals};
+use crate::posterior::{Answer, NamedLaw, Slot, Table, refused_of_reals, refused_values};
 use crate::special::ln_rising;
 use crate::strategies::gaussian::{self, Conditioned, Gaussian, Slots};
 use crate::strategies::{Case, Found, Offered, Prepared, Purpose};
@@ -97,7 +97,12 @@ fn offer_given(model: &Model, asks: &[Ask], unknown: VariableId) -> Result<Gauss
             return Err("of reals that depend on each other one is drawn at a time".to_owned());
         }
         if ask.searched.iter().any(|item| item.at.is_some() && !model.is_predicate(item.variable)) {
-            return Err(format!("it does not give densities at values: ask for `P({tau} | …)`"));
+            if let Some(why) = refused_values(model, ask) {
+                return Err(why);
+            }
+            if count > 1 {
+                return Err("reals depend on each other through the precision: the density of one is computed at a time".to_owned());
+            }
         }
         if ask.known.iter().any(|known| !matches!(known.evidence, Finding::Hard(_) | Finding::Each)) {
             return Err("evidence that is not hard is no observation of a real".to_owned());
@@ -124,7 +129,7 @@ fn offer_given(model: &Model, asks: &[Ask], unknown: VariableId) -> Result<Gauss
             .searched
             .iter()
             .filter(|item| !of_unknown(model, item.variable, unknown))
-            .cloned()
+            .map(|item| Searched { at: None, ..item.clone() })
             .collect(),
         ..ask.clone()
     };
@@ -303,7 +308,7 @@ impl Precision {
                 _ => 0.0,
             }));
         }
-        of_laws(setting.model, ask, (of, laws, covariance), known)
+        of_laws(setting, ask, (of, laws, covariance), known)
     }
 }
 

@@ -8,15 +8,15 @@
 
 use super::answer::{Posterior, truth_cells};
 use super::offer::{
-    Conjugate, NO_PRIOR, conjugate_faults, element_of, is_observed, kind_among, parted, predicate_of,
+    Conjugate, NO_PRIOR, conjugate_faults, dependent_values, element_of, is_observed, kind_among, parted, predicate_of,
 };
 use crate::analysis::{of_form, relevant_factors};
-use crate::distribution::{Setting, ln_sum};
+use crate::distribution::{LnTerms, Setting, ln_terms, ln_weights};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Ask, Model, Question, Statistic};
-use crate::posterior::{Answer, NamedComponent, NamedMixture, Part, PartLaw, Slot, Table, refused_of_reals};
+use crate::posterior::{Answer, NamedComponent, NamedMixture, Part, PartLaw, Slot, Table, refused_of_reals, refused_values};
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::{Case, Found, Offered, Prepared, Purpose};
@@ -123,8 +123,8 @@ fn refused_ask(
     if !searched.iter().all(|id| is_unknown(*id)) {
         return Some("finite variables and unknowns are asked apart: ask for each".to_owned());
     }
-    if ask.searched.iter().any(|item| item.at.is_some()) {
-        return Some("it does not give densities at values: ask for `P(… | …)`".to_owned());
+    if let Some(why) = refused_values(model, ask).or_else(|| dependent_values(model, ask)) {
+        return Some(why);
     }
     let moments =
         matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance);
@@ -145,7 +145,7 @@ enum Piece {
 
 /// A combination of values, with ln of its probability together with the observations.
 struct Combination {
-    ln_weight: f64,
+    ln_weight: LnTerms,
     values: Vec<usize>,
     pieces: Vec<Piece>,
 }
@@ -163,7 +163,7 @@ impl Summed {
         let mut values = observed.to_vec();
         slots.iter().zip(&ordinals).for_each(|(slot, ordinal)| values[*slot] = *ordinal as f64);
         let (posterior, ln_weight) = Posterior::at(setting, &self.given, values)?;
-        if ln_weight == f64::NEG_INFINITY {
+        if ln_weight.is_nothing() {
             return Ok(None);
         }
         let piece = |ask: &Ask| {
@@ -202,8 +202,8 @@ impl Prepared for Summed {
             .map(|number| self.combination(setting, &slots, (&observations.values, number)))
             .collect::<Result<_, Error>>()?;
         let mut found: Vec<Combination> = found.into_iter().flatten().collect();
-        let lns: Vec<f64> = found.iter().map(|own| own.ln_weight).collect();
-        let ln_total = ln_sum(&lns);
+        let lns: Vec<LnTerms> = found.iter().map(|own| own.ln_weight).collect();
+        let (weights, ln_total) = ln_weights(&lns, ln_terms::EXACT, || model.ask_text(first))?;
         if found.is_empty() {
             let reason = setting.zero_factor(&observations.values);
             return Err(Error::Impossible(Impossible { question: model.ask_text(first), reason }));
@@ -211,10 +211,6 @@ impl Prepared for Summed {
         if !ln_total.is_finite() {
             return Err(setting.not_a_number(&model.ask_text(first), &observations.values));
         }
-        // Divided by their sum: a large ln_total is rounded.
-        let most = lns.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let total: f64 = lns.iter().map(|ln| (ln - most).exp()).sum();
-        let weights: Vec<f64> = lns.iter().map(|ln| (ln - most).exp() / total).collect();
         let ln_evidence =
             (!first.known.is_empty() || self.has_values(setting, &observations)).then_some(ln_total);
         let answer = |(place, ask): (usize, &Ask)| {
@@ -262,13 +258,17 @@ impl Prepared for Summed {
             let of = own.iter().map(|slot| Slot::of(setting, *slot)).collect();
             let law = PartLaw::NamedMixture(NamedMixture(components));
             let part = Part { instant: None, given: Vec::new(), of, law };
+            let rows = match Observations::searched(setting, ask)? {
+                Some(values) => vec![part.row_at(model, &values)],
+                None => part.rows_of(model, ask, case.sampling.seed)?,
+            };
             Ok(Found::Answer(Answer {
                 question: text.1,
                 strategy: Strategy::Conjugate,
                 when: ask.when,
                 ln_evidence,
                 estimate: None,
-                answer: part.rows_of(model, ask, case.sampling.seed)?.into(),
+                answer: rows.into(),
                 parts: vec![part],
             }))
         };

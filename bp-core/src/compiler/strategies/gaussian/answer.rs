@@ -10,7 +10,7 @@ use crate::distribution::Setting;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
-use crate::model::{Ask, Model, Searched, Statistic, Value, When};
+use crate::model::{Ask, Model, Statistic, When};
 use crate::posterior::{
     Answer, Column, Figure, Part, PartLaw, Row, Slot, Table, check_draws, figures, of_normal,
 };
@@ -38,10 +38,7 @@ pub(crate) fn rows(
         row(names.iter().cloned().zip(values.iter().map(|value| exact(*value))).collect(), figure)
     };
     let means = || (0..law.len()).map(|own| law.mean(own)).collect::<Vec<f64>>();
-    let values: Option<Vec<f64>> = ask.searched.iter().map(|item| value(setting, item)).collect();
-    if let (Some(values), Statistic::Distribution) = (values, &ask.statistic)
-        && values.len() == law.len()
-    {
+    if let (Some(values), Statistic::Distribution) = (Observations::searched(setting, ask)?, &ask.statistic) {
         return Ok(vec![at(&values, Figure::Density { density: law.ln_density(&values).exp() })]);
     }
     Ok(match &ask.statistic {
@@ -79,15 +76,6 @@ pub(crate) fn rows(
             rows
         }
     })
-}
-
-/// The value at which a real is searched.
-fn value(setting: &Setting<'_>, item: &Searched) -> Option<f64> {
-    match item.at.as_ref()? {
-        Value::Real(number) => Some(*number),
-        Value::Given(name) => setting.given(name)?.first().copied(),
-        Value::Ordinal(_) | Value::Vector(_) => None,
-    }
 }
 
 /// A normal law, with the values that name it.

@@ -27,8 +27,13 @@ impl SlotLaw {
 
     /// Conditions on the value of a slot; returns ln of its density before, −∞ where the value is impossible.
     pub(crate) fn observe(&mut self, slot: usize, value: f64) -> f64 {
+        self.observed(slot, value).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// The same, `None` where the value is impossible: −∞ where the logarithm leaves the range of f64.
+    pub(crate) fn observed(&mut self, slot: usize, value: f64) -> Option<f64> {
         let row = self.row(slot).expect("internal: the law has the slot that was added");
-        self.law.observe(row, value).unwrap_or(f64::NEG_INFINITY)
+        self.law.observe(row, value)
     }
 
     /// Whether the law has a slot.

@@ -5,13 +5,13 @@
 
 use super::Mixture;
 use super::components::{Component, components};
-use super::offer::own_predicate;
-use crate::distribution::{ROUNDING, Setting, ln_sum, normalise};
+use super::offer::{is_context, own_predicate};
+use crate::distribution::{LnTerms, ROUNDING, Setting, ln_terms, ln_weights};
 use crate::equation::Strategy;
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, VariableId};
-use crate::model::{Ask, Finding, LinearForm, Model, Searched};
-use crate::posterior::{self, Answer, ConditionalGaussian, Part, PartLaw, Slot, Table};
+use crate::model::{Ask, Finding, Known, LinearForm, Model, Searched};
+use crate::posterior::{self, Answer, Column, ConditionalGaussian, Part, PartLaw, Slot, Table};
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::gaussian::{Slots, probabilities};
@@ -20,36 +20,108 @@ use crate::strategies::{Case, Found, Prepared};
 impl Prepared for Mixture {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error> {
         let setting = Setting::new(model, case.inputs)?;
-        let ask = &self.asks[0];
-        let observations = Observations::of(&setting, ask)?;
-        let components = components(&setting, self, &observations)?;
-        let ln: Vec<f64> = components.iter().map(|component| component.ln_weight).collect();
-        let ln_total = ln_sum(&ln);
-        if ln_total.is_nan() || ln_total == f64::INFINITY {
-            return Err(setting.not_a_number(&model.ask_text(ask), &observations.values));
+        let mut ask = self.asks[0].clone();
+        let is_open = |known: &Known| {
+            is_context(model, known) && setting.given(&model.variable_name(known.variable)).is_none()
+        };
+        let (open, known): (Vec<Known>, Vec<Known>) = ask.known.into_iter().partition(is_open);
+        ask.known = known;
+        let observations = Observations::of(&setting, &ask)?;
+        let open: Vec<usize> = open.iter().flat_map(|known| setting.slots_of(known.variable)).collect();
+        match open.is_empty() {
+            true => self.found(&setting, &observations, case.sampling.seed),
+            false => self.in_contexts(&setting, &open, observations, case.sampling.seed),
         }
-        if ln_total == f64::NEG_INFINITY {
+    }
+}
+
+impl Mixture {
+    fn found(
+        &self,
+        setting: &Setting<'_>,
+        observations: &Observations,
+        seed: u64,
+    ) -> Result<Vec<Found>, Error> {
+        let (model, ask) = (setting.model, &self.asks[0]);
+        let components = components(setting, self, observations)?;
+        let ln: Vec<LnTerms> = components.iter().map(|component| component.ln_weight).collect();
+        let (weights, ln_total) = ln_weights(&ln, ln_terms::EXACT, || model.ask_text(ask))?;
+        if components.is_empty() {
             let reason = setting.zero_factor(&observations.values);
             return Err(Error::Impossible(Impossible { question: model.ask_text(ask), reason }));
         }
-        let mut weights = ln;
-        normalise(&mut weights);
-        let weighted = Weighted { setting: &setting, all: weights.into_iter().zip(&components).collect() };
+        if !ln_total.is_finite() {
+            return Err(setting.not_a_number(&model.ask_text(ask), &observations.values));
+        }
+        let weighted = Weighted { setting, all: weights.into_iter().zip(&components).collect() };
         let event =
             ask.known.iter().any(|known| matches!(known.evidence, Finding::Hard(_) | Finding::Virtual(_)));
         let event = event
             || observations
                 .values
                 .iter()
-                .zip(Observations::none(&setting).values)
+                .zip(Observations::none(setting).values)
                 .any(|(observed, none)| !observed.is_nan() && none.is_nan());
         let ln_evidence = event.then_some(ln_total);
         let is_finite = |item: &Searched| model.variables[item.variable].domain.is_finite();
         let found = |ask: &Ask| match ask.searched.iter().all(is_finite) {
             true => Ok(Found::Table(weighted.table(ask), ln_evidence)),
-            false => weighted.reals(ask, ln_evidence, case.sampling.seed).map(Found::Answer),
+            false => weighted.reals(ask, ln_evidence, seed).map(Found::Answer),
         };
         self.asks.iter().map(found).collect()
+    }
+
+    /// The tables for each value of some known finite slots.
+    fn in_contexts(
+        &self,
+        setting: &Setting<'_>,
+        open: &[usize],
+        mut observations: Observations,
+        seed: u64,
+    ) -> Result<Vec<Found>, Error> {
+        let column = |slot: &usize| {
+            let variable = setting.variable_of(*slot);
+            let value = |ordinal| setting.model.value_name(variable, ordinal);
+            Column {
+                variable: Some(variable),
+                element: slot - setting.slots_of(variable).start,
+                name: setting.slot_name(*slot),
+                values: (0..setting.count(variable)).map(value).collect(),
+            }
+        };
+        let right: Vec<Column> = open.iter().map(column).collect();
+        let contexts: usize = right.iter().map(|column| column.values.len()).product();
+        let (mut all, mut impossible) = (Vec::with_capacity(contexts), None);
+        for context in 0..contexts {
+            for (slot, ordinal) in open.iter().zip(Column::ordinals(&right, context)) {
+                observations.values[*slot] = ordinal as f64;
+            }
+            match self.found(setting, &observations, seed) {
+                Err(Error::Impossible(why)) => {
+                    impossible = Some(why);
+                    all.push(None);
+                }
+                found => all.push(Some(found?)),
+            }
+        }
+        let table = |at: usize| {
+            let own = |found: &Option<Vec<Found>>| match found.as_ref().map(|found| &found[at]) {
+                Some(Found::Table(table, _)) => Some(table.clone()),
+                _ => None,
+            };
+            let tables: Vec<Option<Table>> = all.iter().map(own).collect();
+            let first = tables.iter().flatten().next()?.clone();
+            // An impossible context is a row of zeros.
+            let zeros = vec![0.0; first.numbers.len()];
+            let numbers = tables.iter().flat_map(|own| match own {
+                Some(table) => table.numbers.to_vec(),
+                None => zeros.clone(),
+            });
+            let numbers: Vec<f64> = numbers.collect();
+            Some(Found::Table(Table { right: right.clone(), numbers: numbers.into(), ..first }, None))
+        };
+        let tables: Option<Vec<Found>> = (0..self.asks.len()).map(table).collect();
+        tables.ok_or_else(|| Error::Impossible(impossible.expect("internal: each context has tables or none")))
     }
 }
 
@@ -136,13 +208,17 @@ impl Weighted<'_> {
             }
         };
         let part = Part { instant: None, given: Vec::new(), of, law };
+        let rows = match Observations::searched(setting, ask)? {
+            Some(values) => vec![part.row_at(setting.model, &values)],
+            None => part.rows_of(setting.model, ask, seed)?,
+        };
         Ok(Answer {
             question: setting.model.ask_text(ask),
             strategy: Strategy::Mixture,
             when: ask.when,
             ln_evidence,
             estimate: None,
-            answer: part.rows_of(setting.model, ask, seed)?.into(),
+            answer: rows.into(),
             parts: vec![part],
         })
     }

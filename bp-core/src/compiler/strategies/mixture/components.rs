@@ -1,11 +1,10 @@
 //! The components of a mixture: one for each combination of values of the finite variables.
 //!
 //! In: a [`Mixture`], the setting and the observations. Out: [`Component`]s. Invariant: their order is that of the
-//! values of the finite variables, parents first; weights are relative, as logarithms; components of weight zero are
-//! left out.
+//! values of the finite variables, parents first; weights are relative, as logarithms; impossible components are left out.
 
 use super::Mixture;
-use crate::distribution::{Instance, LinearMean, Setting};
+use crate::distribution::{Instance, LinearMean, LnTerms, Setting};
 use crate::error::Error;
 use crate::exec::scalar::Scalar;
 use crate::sample::Observations;
@@ -16,7 +15,7 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub(super) struct Component {
     /// ln P(values, observations)
-    pub(super) ln_weight: f64,
+    pub(super) ln_weight: LnTerms,
     /// The values of the finite slots.
     pub(super) values: Vec<f64>,
     /// How many observations a Dirac determined: they have a probability, not a density.
@@ -42,7 +41,7 @@ pub(super) fn components(
     let values = (observations.values.iter().zip(&linear))
         .map(|(value, linear)| if *linear { f64::NAN } else { *value })
         .collect();
-    let mut all = vec![Component { ln_weight: 0.0, values, points: 0, law: SlotLaw::new(true) }];
+    let mut all = vec![Component { ln_weight: LnTerms::default(), values, points: 0, law: SlotLaw::new(true) }];
     for instance in setting.in_order(&route.factors)? {
         let is_weighed = route.weighed.contains(&instance.factor);
         let step = |component: Component| match is_real[instance.left[0]] {
@@ -74,10 +73,11 @@ fn extended(
     let observed = observations.values[slot];
     if !observed.is_nan() {
         let noises = component.law.noises();
-        component.ln_weight += component.law.observe(slot, observed);
+        let Some(ln) = component.law.observed(slot, observed) else { return Ok(Vec::new()) };
+        component.ln_weight.add(ln);
         component.points += usize::from(component.law.noises() == noises);
     }
-    Ok(if component.ln_weight == f64::NEG_INFINITY { Vec::new() } else { vec![component] })
+    Ok(vec![component])
 }
 
 /// A component with the density of a known real.
@@ -93,8 +93,8 @@ fn weighed(
         let reason = format!("`{name}` is not known, and its distribution is not normal");
         return Err(Error::Unplanned { question: setting.model.name.clone(), reason });
     }
-    component.ln_weight += setting.ln_density(instance, &component.values)?;
-    Ok(if component.ln_weight == f64::NEG_INFINITY { Vec::new() } else { vec![component] })
+    component.ln_weight.add(setting.ln_density(instance, &component.values)?);
+    Ok(if component.ln_weight.is_nothing() { Vec::new() } else { vec![component] })
 }
 
 /// A component for each value that a finite left-hand side may have.
@@ -119,8 +119,9 @@ fn branched(
         }
         let weighted = observations.likelihoods.iter().filter(|(slot, _)| instance.left.contains(slot));
         let virtual_: f64 = weighted.map(|(slot, weights)| weights[values[*slot] as usize].ln()).sum();
-        let ln_weight = component.ln_weight + ln + virtual_;
-        if ln_weight > f64::NEG_INFINITY {
+        let mut ln_weight = component.ln_weight;
+        [ln, virtual_].into_iter().for_each(|term| ln_weight.add(term));
+        if virtual_ > f64::NEG_INFINITY {
             branches.push(Component { ln_weight, values, law: component.law.clone(), ..component });
         }
     }

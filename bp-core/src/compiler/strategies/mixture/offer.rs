@@ -8,7 +8,7 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Searched, Statistic};
-use crate::posterior::refused_of_reals;
+use crate::posterior::{refused_of_reals, refused_values};
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
 use crate::strategies::weighting::refused_factor;
@@ -111,7 +111,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
         return Err(why);
     }
     let mut components = 1.0;
-    for id in &finite {
+    let contexts = asks[0].known.iter().filter(|known| is_context(model, known)).map(|known| known.variable);
+    let contexts: Vec<VariableId> = contexts.collect();
+    for id in finite.iter().chain(&contexts) {
         let variable = &model.variables[*id];
         let length = match variable.family.map(|family| family.over) {
             None => Some(1),
@@ -142,6 +144,13 @@ pub(super) fn own_predicate(model: &Model, ask: &Ask) -> Option<(usize, Expressi
     let of = |(place, item): (usize, &Searched)| Some((place, of_normal(model, item.variable, false)?));
     let mut all = ask.searched.iter().enumerate().filter_map(of);
     all.next().filter(|_| all.next().is_none())
+}
+
+/// Whether the answer has a context for each value of what is known, unless a value is given.
+pub(super) fn is_context(model: &Model, known: &Known) -> bool {
+    known.evidence == Finding::Each
+        && model.variables[known.variable].domain.is_finite()
+        && Some(known.variable) != model.plate_index()
 }
 
 fn is_hard(known: &Known) -> bool {
@@ -195,26 +204,26 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
         if let Some(why) = refused_of_reals(&ask.statistic, reals) {
             return Some(why);
         }
-        if let Some(item) = ask.searched.iter().find(|item| item.at.is_some()) {
-            let name = model.variable_name(item.variable);
+        if let Some(why) = refused_values(model, ask) {
+            return Some(why);
+        }
+    } else if finite < ask.searched.len() {
+        if !is_of_both(&ask.statistic) {
+            let word = ask.statistic.word();
             return Some(format!(
-                "it does not give the density of `{name}` at one value: ask for `P({name} | …)`"
+                "`{word}` of finite variables and reals together is not computed: ask for `P(…)`, or for each"
             ));
         }
-    } else if finite < ask.searched.len()
-        && (!is_of_both(&ask.statistic) || ask.searched.iter().any(|item| item.at.is_some()))
-    {
-        let word = ask.statistic.word();
-        return Some(format!(
-            "`{word}` of finite variables and reals together is not computed: ask for `P(…)`, or for each"
-        ));
+        if let Some(why) = refused_values(model, ask) {
+            return Some(why);
+        }
     }
     ask.known.iter().find_map(|known| {
         let name = model.variable_name(known.variable);
         match &known.evidence {
             Finding::Soft(_) => Some(format!("soft evidence on `{name}` is mixed from answers without it")),
-            Finding::Each if is_finite(known.variable) && Some(known.variable) != model.plate_index() => {
-                Some(format!("a table over `{name}` is not made by a mixture: give its value, `{name} = …`"))
+            Finding::Each if is_context(model, known) && finite < ask.searched.len() => {
+                Some(format!("a table over `{name}` is made of finite variables alone: give its value, `{name} = …`"))
             }
             _ => None,
         }

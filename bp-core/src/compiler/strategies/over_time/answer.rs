@@ -4,7 +4,7 @@
 //! several are answered. Invariant: instants are numbered from 1; a statistic of a finite distribution over time is
 //! computed as without time, with the instants as contexts.
 
-use super::{self as time, Answered, InstantLaw, InstantPosterior, OverTime, Scope};
+use super::{self as time, Answered, Followed, InstantLaw, InstantPosterior, OverTime, Scope};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
@@ -244,7 +244,7 @@ impl Asker<'_> {
                 rows.iter_mut().for_each(|row| row.values.splice(0..0, instant.clone()).for_each(drop));
                 rows
             }
-            InstantLaw::Values(values) => {
+            InstantLaw::Values(values, _) => {
                 let slots = ask.searched.iter().flat_map(|item| self.setting.slots_of(item.variable));
                 let spelled = |(slot, value): (usize, &f64)| {
                     let domain = &self.setting.model.variables[self.setting.variable_of(slot)].domain;
@@ -267,7 +267,13 @@ impl Asker<'_> {
 
 /// The particle estimate's figures, and a warning where effective particles were few.
 fn estimate(posterior: &InstantPosterior, sampling: Sampling) -> Option<Estimate> {
-    let InstantLaw::Cloud { draws, effective, .. } = &posterior.law else { return None };
+    let (followed, draws) = match &posterior.law {
+        InstantLaw::Cloud { draws, followed, .. } => (followed, Some(draws)),
+        InstantLaw::Values(_, followed) => (followed, None),
+        _ => return None,
+    };
+    let Followed { particles, effective, ln_evidence_error } = followed;
+    let count = draws.map_or(*particles, |draws| draws.count());
     let least = (effective.iter().copied().enumerate()).min_by(|one, other| one.1.total_cmp(&other.1))?;
     let stopped = || format!("interrupted: this is the answer after instant {}", effective.len());
     let warning = progress::is_stopped().then(stopped).or((least.1 < sampled::FEW).then(|| {
@@ -275,21 +281,16 @@ fn estimate(posterior: &InstantPosterior, sampling: Sampling) -> Option<Estimate
             "at instant {} the effective number of particles is {:.0}: {}",
             least.0 + 1,
             least.1,
-            match draws.count() < sampling.particles {
-                true => format!("of so many instants no more than {} paths are drawn", draws.count()),
+            match count < sampling.particles {
+                true => format!("of so many instants no more than {count} paths are drawn"),
                 false => "use more (--particles)".to_owned(),
             }
         )
     }));
     // After instants without an observation all weights are equal, but particles of one origin are not independent.
-    let effective = effective.last()?.min(draws.effective());
-    Some(Estimate {
-        particles: draws.count(),
-        effective,
-        seed: sampling.seed,
-        ln_evidence_error: None,
-        warning,
-    })
+    let effective = draws.map_or(f64::INFINITY, |draws| draws.effective()).min(*effective.last()?);
+    let ln_evidence_error = Some(*ln_evidence_error);
+    Some(Estimate { particles: count, effective, seed: sampling.seed, ln_evidence_error, warning })
 }
 
 /// The distribution of an instant's slots, as part of an answer.
@@ -302,7 +303,7 @@ fn part(setting: &Setting<'_>, ask: &Ask, posterior: &InstantPosterior, several:
             return Part { instant, ..sampled::part(setting, ask, draws, kept, linear) };
         }
         InstantLaw::Finite(numbers) => PartLaw::Finite(numbers.clone()),
-        InstantLaw::Values(values) => {
+        InstantLaw::Values(values, _) => {
             let draws = Draws::weighted(values.clone(), values.len(), &[0.0]);
             PartLaw::Draws(Arc::new(draws), (0..values.len()).map(Drawn::At).collect())
         }

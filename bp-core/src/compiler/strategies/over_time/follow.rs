@@ -4,7 +4,7 @@
 //! Invariant: the results equal those of [`super::answer`] for all instants together; a refused instant leaves the
 //! filter unchanged.
 
-use super::{By, Instant, InstantLaw, InstantPosterior, OverTime, always, unmet};
+use super::{By, Followed, Instant, InstantLaw, InstantPosterior, OverTime, always, unmet};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::potential::Product;
@@ -170,7 +170,7 @@ pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> I
         draws: Arc::new(cloud.draws(kept)),
         kept: kept.to_vec(),
         linear: linear.iter().map(|slot| (*slot, cloud.mixture(*slot))).collect(),
-        effective: cloud.effective.clone(),
+        followed: Followed::of(cloud),
     }
 }
 

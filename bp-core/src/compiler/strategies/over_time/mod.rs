@@ -24,7 +24,7 @@ use crate::posterior::Numbers;
 use crate::sample::{Draws, Normals, Sampling};
 use crate::strategies::chain;
 use crate::strategies::gaussian::{Belief, Extended, Filter};
-use crate::strategies::particles::{Moves, Path, Paths};
+use crate::strategies::particles::{Cloud, Moves, Path, Paths};
 use std::sync::Arc;
 
 /// The observations of an instant: slots and their values.
@@ -47,7 +47,7 @@ pub enum InstantLaw {
     /// The normal law of reals.
     Normal(Belief),
     /// The values of the searched slots on the most probable path of particles.
-    Values(Vec<f64>),
+    Values(Vec<f64>, Followed),
     /// Particles: draws of the kept slots, and moments of the slots that were not drawn.
     Cloud {
         /// Draws of the kept slots.
@@ -56,9 +56,20 @@ pub enum InstantLaw {
         kept: Vec<usize>,
         /// The slots that were not drawn.
         linear: Vec<(usize, Normals)>,
-        /// The effective sample size, instant by instant.
-        effective: Vec<f64>,
+        /// How well the particles follow the observations.
+        followed: Followed,
     },
+}
+
+/// How well particles follow the observations.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Followed {
+    /// Number of particles.
+    pub particles: usize,
+    /// The effective sample size, instant by instant.
+    pub effective: Arc<[f64]>,
+    /// The standard error of ln P(observations).
+    pub ln_evidence_error: f64,
 }
 
 /// The values of the searched slots at all instants.
@@ -204,6 +215,16 @@ pub fn answer(
     }
 }
 
+impl Followed {
+    fn of(cloud: &Cloud) -> Self {
+        Self {
+            particles: cloud.particles.len(),
+            effective: cloud.effective.as_slice().into(),
+            ln_evidence_error: cloud.ln_evidence_error(),
+        }
+    }
+}
+
 /// The most particles whose paths are kept of many instants, and the most of all instants together.
 const MOST_PATHS: usize = 10_000;
 const MOST_OF_ALL_INSTANTS: usize = 2_000_000;
@@ -243,15 +264,20 @@ fn by_paths(
     let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
     moves.check_constants(&cloud, route.ask())?;
     let laws: Vec<InstantLaw> = match route.ask().when {
-        When::Sequence => moves.most_probable(&paths, slots)?.into_iter().map(InstantLaw::Values).collect(),
+        When::Sequence => {
+            let followed = Followed::of(&cloud);
+            let values = |values| InstantLaw::Values(values, followed.clone());
+            moves.most_probable(&paths, slots)?.into_iter().map(values).collect()
+        }
         _ => {
             let all = moves.smoothed(&paths, slots)?;
-            let effective: Vec<f64> = all.iter().map(|path| path.effective).collect();
+            let effective = all.iter().map(|path| path.effective).collect();
+            let followed = Followed { effective, ..Followed::of(&cloud) };
             let cloud = |path: Path| InstantLaw::Cloud {
                 draws: Arc::new(path.draws),
                 kept: slots.to_vec(),
                 linear: Vec::new(),
-                effective: effective.clone(),
+                followed: followed.clone(),
             };
             all.into_iter().map(cloud).collect()
         }

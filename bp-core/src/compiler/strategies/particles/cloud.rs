@@ -23,6 +23,10 @@ pub(crate) struct Cloud {
     /// The origin of each particle; those that replace them when few are left.
     pub(crate) origins: Vec<u32>,
     successors: Vec<u32>,
+    /// The particle of the last such replacement that each one descends from, or before the first instant; and the variance of the
+    /// ln P of the observations up to then.
+    roots: Vec<u32>,
+    ln_variance: f64,
     /// Whether later values depend less and less on earlier ones; a constant is never forgotten.
     forgets: bool,
     /// For each particle, the one of the instant before that it continues.
@@ -60,14 +64,16 @@ impl Cloud {
         forgets: bool,
     ) -> Self {
         let own = || numbered(particles.len());
-        let (origins, successors, parents) = (own(), own(), own());
-        let (ln_evidence, effective) = (0.0, Vec::new());
+        let (origins, successors, parents, roots) = (own(), own(), own(), own());
+        let (ln_evidence, ln_variance, effective) = (0.0, 0.0, Vec::new());
         Self {
             spare: Spare::default(),
             ln_weights,
             ln_ahead,
             origins,
             successors,
+            roots,
+            ln_variance,
             forgets,
             parents,
             ln_evidence,
@@ -118,7 +124,8 @@ impl Cloud {
             chosen.push(possible[source]);
         }
         let of = |labels: &[u32]| chosen.iter().map(|own| labels[*own]).collect::<Vec<u32>>();
-        (self.origins, self.successors) = (of(&self.origins), of(&self.successors));
+        (self.origins, self.successors, self.roots) =
+            (of(&self.origins), of(&self.successors), of(&self.roots));
         self.parents = chosen.iter().map(|own| *own as u32).collect();
         self.ln_ahead = chosen.iter().map(|own| self.ln_ahead[*own]).collect();
         self.ln_weights = self.ln_ahead.iter().map(|ahead| total - (count as f64).ln() - ahead).collect();
@@ -128,9 +135,27 @@ impl Cloud {
             spare.clone_from(&self.particles[own]);
         }
         std::mem::swap(&mut self.particles, spare);
+        if self.forgets && effective_number(&self.roots) < FEW_ORIGINS {
+            self.ln_variance += self.variance_of_roots();
+            self.roots = numbered(count);
+        }
         if self.forgets && effective_number(&self.origins) < FEW_ORIGINS {
             self.origins = std::mem::replace(&mut self.successors, numbered(count));
         }
+    }
+
+    /// The standard error of ln P(observations): the shares of P that descend from each root vary (Lee and Whiteley, *Biometrika*
+    /// 105:609-625, 2018), and roots are exchanged where few are left.
+    pub(crate) fn ln_evidence_error(&self) -> f64 {
+        (self.ln_variance + self.variance_of_roots()).sqrt()
+    }
+
+    /// Σ (share of a root)² − 1/N
+    fn variance_of_roots(&self) -> f64 {
+        let mut shares = vec![0.0; self.roots.len()];
+        self.roots.iter().zip(&self.ln_weights).for_each(|(root, ln)| shares[*root as usize] += ln.exp());
+        let squares: f64 = shares.iter().map(|share: &f64| share * share).sum();
+        (squares - 1.0 / self.roots.len() as f64).max(0.0)
     }
 
     /// Each particle continues itself.

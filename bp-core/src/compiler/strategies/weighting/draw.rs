@@ -7,7 +7,7 @@
 //! drawn from the conditional, and the weight is the marginal probability of the observed ones.
 
 use super::Treatment;
-use crate::distribution::{Contexts, Distribution, Instance, Setting};
+use crate::distribution::{Contexts, Distribution, Instance, LnTerms, Setting, ln_terms};
 use crate::error::Error;
 use crate::exec::scalar::Scalar;
 use crate::ids::FactorId;
@@ -53,7 +53,7 @@ pub(crate) fn weigh(
     let streams = Streams::new(sampling.seed, "weighting");
     let work = Work::of(sampling.particles);
     // The draws of a chunk: their ln weights, and the kept values of one after the other.
-    let draw = |chunk: usize| -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let draw = |chunk: usize| -> Result<(Vec<LnTerms>, Vec<f64>), Error> {
         let numbers = chunk * CHUNK..sampling.particles.min((chunk + 1) * CHUNK);
         let mut values = observations.values.clone();
         let (mut ln_weights, mut all) =
@@ -64,27 +64,33 @@ pub(crate) fn weigh(
             }
             values.copy_from_slice(&observations.values);
             let mut random = streams.stream(number);
-            let mut ln_weight = 0.0;
+            let mut ln_weight = LnTerms::default();
             if let Some(posterior) = posterior {
                 posterior.draw(&mut random, &mut values);
-                ln_weight += posterior.ln_evidence;
+                ln_weight.add(posterior.ln_evidence);
             }
-            ln_weight += draw_one(setting, (&steps, &contexts), observations, &mut random, &mut values)?;
+            draw_one(setting, (&steps, &contexts), observations, &mut random, (&mut values, &mut ln_weight))?;
             ln_weights.push(ln_weight);
             all.extend(kept.iter().map(|slot| values[*slot]));
         }
         Ok((ln_weights, all))
     };
     let chunks = sampling.particles.div_ceil(CHUNK);
-    let all: Vec<(Vec<f64>, Vec<f64>)> =
+    let all: Vec<(Vec<LnTerms>, Vec<f64>)> =
         (0..chunks).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
     // When the work is interrupted, the draws made so far answer.
-    let (ln_weights, values): (Vec<Vec<f64>>, Vec<Vec<f64>>) = all.into_iter().unzip();
+    let (ln_weights, values): (Vec<Vec<LnTerms>>, Vec<Vec<f64>>) = all.into_iter().unzip();
     let ln_weights = ln_weights.concat();
     if ln_weights.is_empty() {
         return Err(Error::Interrupted);
     }
-    Ok(Draws::weighted(values.concat(), kept.len(), &ln_weights))
+    let (weights, ln_total) = ln_terms::weights(&ln_weights, ln_terms::ESTIMATED, || setting.model.name.clone())?;
+    // Draws of one weight, such as those of a posterior, lose no digits of it.
+    let ln_mean = match ln_weights.iter().all(|own| *own == ln_weights[0]) {
+        true => ln_weights[0].total(),
+        false => ln_total - (weights.len() as f64).ln(),
+    };
+    Ok(Draws::of_weights(values.concat(), kept.len(), weights, ln_mean))
 }
 
 /// The distributions of instances whose parents are finite, for this number of draws. (A binomial count has an equation of its
@@ -119,31 +125,30 @@ pub(crate) fn instances(setting: &Setting<'_>, steps: &[(FactorId, Treatment)]) 
     Ok(sorted.into_iter().map(step).collect())
 }
 
-/// Makes one draw in `values`, which already holds the observations; returns its ln weight.
+/// Makes one draw in `values`, which already holds the observations; adds the terms of its ln weight.
 fn draw_one(
     setting: &Setting<'_>,
     (steps, contexts): (&[Step], &[Vec<Option<Contexts>>]),
     observations: &Observations,
     random: &mut Random,
-    values: &mut [f64],
-) -> Result<f64, Error> {
-    let mut ln_weight = 0.0;
+    (values, ln_weight): (&mut [f64], &mut LnTerms),
+) -> Result<(), Error> {
     for (step, contexts) in steps.iter().zip(contexts) {
         for (instance, contexts) in step.instances.iter().zip(contexts) {
             let contexts = contexts.as_ref();
-            ln_weight += match &step.dirac {
+            ln_weight.add(match &step.dirac {
                 Some(dirac) => solve(setting, instance, dirac, observations, values)?,
                 None => draw_or_weigh(setting, (instance, contexts), observations, random, values)?,
-            };
-            if ln_weight == f64::NEG_INFINITY {
-                return Ok(ln_weight);
+            });
+            if ln_weight.is_nothing() {
+                return Ok(());
             }
         }
     }
     for (slot, likelihoods) in &observations.likelihoods {
-        ln_weight += likelihoods[values[*slot] as usize].ln();
+        ln_weight.add(likelihoods[values[*slot] as usize].ln());
     }
-    Ok(ln_weight)
+    Ok(())
 }
 
 /// Draws the unobserved variables of a left-hand side, and returns the ln weight of the observed ones. `contexts` holds the

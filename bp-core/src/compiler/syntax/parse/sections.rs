@@ -171,13 +171,14 @@ pub(super) fn occurrences(pair: Pair<'_, Rule>) -> Vec<Occurrence> {
     Children::of(pair).all(Rule::occurrence).into_iter().map(occurrence).collect()
 }
 
-/// `X`, `X[i]`, `X^-1`
+/// `X`, `X[i]`, `X^-1`; `X[i]^-1` is also written `X^-1[i]`
 pub(super) fn occurrence(pair: Pair<'_, Rule>) -> Occurrence {
     let place = at(&pair);
     let mut children = Children::of(pair);
     let name = children.name();
+    let first = children.take(Rule::before).is_some();
     let index = children.take(Rule::index).map(expressions).unwrap_or_default();
-    Occurrence { at: place, name, index, before: children.take(Rule::before).is_some() }
+    Occurrence { at: place, name, index, before: first || children.take(Rule::before).is_some() }
 }
 
 fn learnt(pair: Pair<'_, Rule>) -> Learnt {
