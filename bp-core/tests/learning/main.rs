@@ -7,5 +7,6 @@ mod learned;
 mod no_value;
 mod observed;
 mod over_time;
+mod rows;
 #[path = "../support/mod.rs"]
 mod support;

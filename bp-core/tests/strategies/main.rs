@@ -3,6 +3,7 @@
 //! In: programs, questions and evidence. Out: answers, compared with enumeration, other strategies, or published
 //! values. Invariant: an oracle shares no code with the code that it checks.
 
+mod at_values;
 mod back_ends;
 mod bands;
 mod cell;

@@ -112,6 +112,25 @@ fn linear_variables_that_are_not_drawn_scatter_less() {
     );
 }
 
+/// The mean square of the error of ln P in stated errors is 1, up to the scatter of 60 runs.
+#[test]
+fn ln_p_has_its_standard_error() {
+    let ln = exact()[2];
+    for drawn in [false, true] {
+        let model = switching(drawn);
+        for text in ["filter P(S | Z)", "smooth P(S | Z)", "sequence P(S X | Z)"] {
+            let square = |seed: u64| {
+                let answer = asked(&model, text, &SEEN, 300, seed);
+                let error = answer.estimate.expect("an estimate").ln_evidence_error.expect("its error");
+                assert!(error > 0.0 && error < 0.5, "{error}");
+                ((answer.ln_evidence.unwrap() - ln) / error).powi(2)
+            };
+            let mean = (0..60).map(square).sum::<f64>() / 60.0;
+            assert!((0.3..3.0).contains(&mean), "{text}: {mean}");
+        }
+    }
+}
+
 #[test]
 fn threads_change_nothing() {
     let model = switching(false);
