@@ -50,8 +50,12 @@ fn mixtures_have_densities_at_values() {
 fn known_finite_variables_make_a_table_beside_reals() {
     // P(x | k, y) ∝ P(x) N(1; x + 2k, √2).
     let expected = [
-        0.184_296_530_352_161_28, 0.354_962_143_768_643_55, 0.460_741_325_879_540_3,
-        0.488_546_506_611_293_8, 0.346_159_543_772_463_33, 0.165_293_949_616_242_82,
+        0.184_296_530_352_161_28,
+        0.354_962_143_768_643_55,
+        0.460_741_325_879_540_3,
+        0.488_546_506_611_293_8,
+        0.346_159_543_772_463_33,
+        0.165_293_949_616_242_82,
     ];
     let found = asked(FINITE_AND_REAL, "P(X | K, Y = 1)");
     near(&found, &expected);
@@ -90,7 +94,8 @@ fn precisions_have_densities_at_values() {
 
 #[test]
 fn vectors_of_a_linear_program_have_densities_at_values() {
-    let vector = "program V { variables { M, Y : real; V : real[2]; } decomposition { P(M) P(Y | M) P(V | M) }
+    let vector =
+        "program V { variables { M, Y : real; V : real[2]; } decomposition { P(M) P(Y | M) P(V | M) }
         forms { P(M) = normal(0, 1); P(Y | M) = normal(M, sqrt(2)); P(V | M) = normal([M, M], 1); } }";
     // ∫ N(m; 1/3, √(2/3)) N(1; m, 1) N(2; m, 1) dm.
     density(&asked(vector, "P(V = [1, 2] | Y = 1)"), 0.045_281_381_747_116_066);

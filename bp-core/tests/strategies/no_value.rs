@@ -4,7 +4,7 @@
 //! are sums over all dice and closed forms, in the comments; every way to ask gives the same.
 
 use crate::support::{model_of, question};
-use bp_core::compiler::answer::{Answer, Figure, ask, compile_by};
+use bp_core::compiler::answer::{Answer, Figure, ask, ask_over_time, compile_by};
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::Strategy;
@@ -135,4 +135,24 @@ fn a_range_holds_numbers_that_are_whole_up_to_rounding() {
     );
     let found = ask(&half, &question(&half, "P(J)"), &Inputs::new()).unwrap();
     near(&figures(&found[0]), &[0.5, 0.0, 0.5, 0.0], 1e-12);
+}
+
+/// S counts up from 0..=3, uniform at first, and Z tells it: P(z) = ¼ Σ (0.1 + 0.2 s) over the starts that have a value after one
+/// step (1 to 3), or after two (2 and 3 at the second instant).
+#[test]
+fn a_prediction_counts_that_there_are_values() {
+    let model = model_of(
+        "program Up { variables { S, S^-1 : 0..=3; Z : bool; } decomposition { P(S^-1) P(S | S^-1) P(Z | S) }
+         forms { P(S^-1) = previous(S) else uniform; P(S | S^-1) = dirac(S^-1 + 1); P(Z | S) = bernoulli(0.1 + 0.2 * S); } }",
+    );
+    let seen = vec![("Z".to_owned(), 1.0)];
+    let ln = |text: &str, rows: &[Vec<(String, f64)>]| {
+        let sampling = Sampling::default();
+        let answers = ask_over_time(&model, &question(&model, text), rows, &Inputs::new(), sampling).unwrap();
+        answers[0].ln_evidence.unwrap()
+    };
+    let [one, two] = [(0.3 + 0.5 + 0.7) / 4.0, (0.3 + 0.5) / 4.0].map(f64::ln);
+    assert!((ln("filter P(S | Z)", &[seen.clone()]) - one).abs() < 1e-12);
+    assert!((ln("predict(1) P(S | Z)", &[seen.clone()]) - two).abs() < 1e-12);
+    assert!((ln("filter P(S | Z)", &[seen, Vec::new()]) - two).abs() < 1e-12);
 }

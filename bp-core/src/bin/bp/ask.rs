@@ -119,11 +119,15 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     // The columns of data give values to what the question leaves open.
-    let by_columns = |question: &Question, is_given: &dyn Fn(&VariableId) -> bool| {
-        match arguments.data.is_some() && !over_time(question) {
-            true => filled(&model, question, &open(question).into_iter().filter(is_given).collect(), &BTreeSet::new()),
-            false => question.clone(),
+    let by_columns = |question: &Question, is_given: &dyn Fn(&VariableId) -> bool| match arguments
+        .data
+        .is_some()
+        && !over_time(question)
+    {
+        true => {
+            filled(&model, question, &open(question).into_iter().filter(is_given).collect(), &BTreeSet::new())
         }
+        false => question.clone(),
     };
     // A family whose length is not known has no table; its columns determine the length.
     let is_family = |id: &VariableId| model.variables[*id].family.is_some();

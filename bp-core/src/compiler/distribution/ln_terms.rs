@@ -71,7 +71,8 @@ pub(crate) fn weights(
     let Some(largest) = largest.filter(|largest| largest.total().is_finite()) else {
         return Ok((vec![0.0; all.len()], largest.map_or(f64::NEG_INFINITY, LnTerms::total)));
     };
-    let above: Vec<f64> = all.iter().map(|own| if own.is_nothing() { f64::NEG_INFINITY } else { own.above(largest) }).collect();
+    let above: Vec<f64> =
+        all.iter().map(|own| if own.is_nothing() { f64::NEG_INFINITY } else { own.above(largest) }).collect();
     let most = above.iter().copied().fold(0.0, f64::max);
     let error = |own: &LnTerms| match own.large == largest.large {
         true => 0.0,

@@ -37,7 +37,7 @@ pub(crate) use written_out::{WrittenOut, uses_elements};
 
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::dirac;
-pub(crate) use crate::forms::dirac::ROUNDING;
+pub(crate) use crate::law::ROUNDING;
 use crate::law::{Law, Numbers, Parameters, Share};
 use rand::Rng;
 use rand::RngExt;

@@ -4,11 +4,8 @@
 //! Reals are equal up to rounding, since 0.1 + 2·0.1 is not 0.3 in f64, and so are a whole number and a v that is not whole by
 //! construction.
 
-use crate::law::{Arithmetic, Constraint};
+use crate::law::{Arithmetic, Constraint, ROUNDING};
 use crate::operators::{Binary, Unary};
-
-/// Reals that differ by at most this share of the larger one are equal.
-pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// The probability of x.
 pub(crate) fn probability<A: Arithmetic>(by: &mut A, x: A::Number, v: A::Number) -> A::Number {

@@ -77,7 +77,9 @@ pub(crate) fn located<A: Arithmetic>(
     let (low, high) = bins.ends();
     if law == Law::Lognormal {
         return match at_end(bins, *location, *scale) {
-            Some(end) => (Law::Laplace, [end, (high - low) * SURELY].map(|number| by.constant(number)).to_vec()),
+            Some(end) => {
+                (Law::Laplace, [end, (high - low) * SURELY].map(|number| by.constant(number)).to_vec())
+            }
             None => (law, parameters),
         };
     }

@@ -3,21 +3,8 @@
 //! In: the density f(x), and the bounds. Out: f(x) inside and 0 outside, to be divided by the mass of f inside. Over bins
 //! the mass of the part of each bin that lies inside. Invariant: low < high.
 
-use super::between;
-use super::dirac::ROUNDING;
 use crate::law::Arithmetic;
-use crate::operators::{Binary, Unary};
-
-/// Whether x lies inside the bounds. A number that differs from a bound by rounding only is the bound: 3 from 3 · 0.1 · 10.
-pub(crate) fn inside<A: Arithmetic>(by: &mut A, x: A::Number, [low, high]: [A::Number; 2]) -> A::Number {
-    let rounding = by.constant(ROUNDING);
-    let [low_by, high_by] = [low, high].map(|bound| {
-        let size = by.unary(Unary::Absolute, bound);
-        by.multiply(rounding, size)
-    });
-    let (low, high) = (by.subtract(low, low_by), by.add(high, high_by));
-    between(by, x, low, high)
-}
+use crate::operators::Binary;
 
 /// f(x) inside the bounds, else 0.
 pub(crate) fn density<A: Arithmetic>(
@@ -27,7 +14,7 @@ pub(crate) fn density<A: Arithmetic>(
     bounds: [A::Number; 2],
 ) -> A::Number {
     let zero = by.constant(0.0);
-    let inside = inside(by, x, bounds);
+    let inside = by.lies_between(x, bounds);
     by.select(inside, density, zero)
 }
 

@@ -6,6 +6,9 @@
 use crate::exec::scalar::{self, Extended, Scalar};
 use crate::operators::{Binary, Mass, OPERANDS, Unary};
 
+/// Reals that differ by at most this share of the larger one are equal.
+pub const ROUNDING: f64 = 1e-12;
+
 /// A type of arithmetic in which an equation can be evaluated.
 pub trait Arithmetic {
     /// A number, or a node.
@@ -75,6 +78,18 @@ pub trait Arithmetic {
         let large = self.binary(Binary::Less, u, half);
         let (no_change, exact) = (self.binary(Binary::Equal, u, one), self.select(large, rest, exact));
         self.select(no_change, d, exact)
+    }
+    /// Whether low ≤ x ≤ high. A number that differs from a bound by rounding only is the bound: 3 from 3 · 0.1 · 10.
+    fn lies_between(&mut self, x: Self::Number, [low, high]: [Self::Number; 2]) -> Self::Number {
+        let rounding = self.constant(ROUNDING);
+        let [low_by, high_by] = [low, high].map(|bound| {
+            let size = self.unary(Unary::Absolute, bound);
+            self.multiply(rounding, size)
+        });
+        let (low, high) = (self.subtract(low, low_by), self.add(high, high_by));
+        let above = self.binary(Binary::GreaterOrEqual, x, low);
+        let below = self.binary(Binary::LessOrEqual, x, high);
+        self.binary(Binary::And, above, below)
     }
     /// Whether x > y.
     fn greater(&mut self, x: Self::Number, y: Self::Number) -> Self::Number {

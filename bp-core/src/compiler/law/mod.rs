@@ -32,7 +32,7 @@ mod von_mises;
 mod weibull;
 mod window;
 
-pub use arithmetic::{Arithmetic, Numbers, Wide};
+pub use arithmetic::{Arithmetic, Numbers, ROUNDING, Wide};
 pub(crate) use covariance::{Conditional, Covariance};
 pub use dirichlet::{Dirichlet, Share};
 pub use fit::Refusal;

@@ -3,7 +3,6 @@
 //! f(x) = 1/(b − a) for a ≤ x ≤ b,  F(x) = (x − a)/(b − a),  E = (a + b)/2,  Var = (b − a)²/12.
 
 use super::{Arithmetic, Constraint, Numbers, Refusal, Sample, Support, fit::TOO_EQUAL};
-use crate::forms::truncated::inside;
 use crate::operators::{Binary, Unary};
 use rand::{Rng, RngExt};
 
@@ -13,7 +12,7 @@ pub(super) const PARAMETERS: [(&str, Constraint); 2] =
 pub(super) const SUPPORT: Support = Support::Reals;
 
 pub(super) fn ln_density<A: Arithmetic>(by: &mut A, x: A::Number, [low, high]: [A::Number; 2]) -> A::Number {
-    let inside = inside(by, x, [low, high]);
+    let inside = by.lies_between(x, [low, high]);
     let unit = unit(by, [low, high]);
     let width = difference(by, high, low, unit);
     let ln_width = by.ln(width);

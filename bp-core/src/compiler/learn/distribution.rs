@@ -262,7 +262,11 @@ impl Finder<'_> {
     }
 
     /// The position of the distribution, and the places of the values in its row.
-    fn find(&mut self, family: &Family, values: &[f64]) -> Result<Option<(usize, Vec<Option<usize>>)>, Error> {
+    fn find(
+        &mut self,
+        family: &Family,
+        values: &[f64],
+    ) -> Result<Option<(usize, Vec<Option<usize>>)>, Error> {
         let (program, setting) = (self.program, &self.setting);
         let at = At { program, setting, instance: &family.instance, values };
         let Some(Found { kind, unknown, places }) = at.kind()? else { return Ok(None) };

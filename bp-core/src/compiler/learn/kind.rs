@@ -97,9 +97,7 @@ impl At<'_> {
             }
             Form::Previous { at: None, otherwise, .. } => self.of_form(otherwise),
             Form::Bernoulli(chance) => match self.argument(*chance)? {
-                Read::Cell(cell) => {
-                    Ok(Found::of_row(&[Some(Share::Rest), Some(Share::Learned(cell))], None))
-                }
+                Read::Cell(cell) => Ok(Found::of_row(&[Some(Share::Rest), Some(Share::Learned(cell))], None)),
                 Read::Mixed => match self.complement(*chance)?.as_deref() {
                     Some([cell]) => {
                         Ok(Found::of_row(&[Some(Share::Learned(*cell)), Some(Share::Rest)], None))
@@ -194,7 +192,9 @@ impl At<'_> {
                 .collect();
             cells.sort_unstable();
             if self.complement(entries[rest])? != Some(cells) {
-                return Err(self.wrong("a probability of a row is neither a parameter nor one minus the others"));
+                return Err(
+                    self.wrong("a probability of a row is neither a parameter nor one minus the others")
+                );
             }
         }
         let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();

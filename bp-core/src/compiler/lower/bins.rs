@@ -32,7 +32,8 @@ impl Lowering<'_> {
     fn edge(&mut self, bins: &Bins, ordinal: ValueId) -> ValueId {
         let low = bins.ends().0;
         // A narrow distribution at the edge 0.3 is not on the other side of 3 · 0.1.
-        let is_edge = |width: &f64| bins.edges().iter().enumerate().all(|(at, edge)| low + at as f64 * width == *edge);
+        let is_edge =
+            |width: &f64| bins.edges().iter().enumerate().all(|(at, edge)| low + at as f64 * width == *edge);
         if let Some(width) = bins.width().filter(is_edge) {
             let (low, width) = (self.builder.constant(low), self.builder.constant(width));
             let offset = self.builder.binary(Binary::Multiply, ordinal, width);

@@ -75,7 +75,9 @@ pub(crate) fn refused_values(model: &Model, ask: &Ask) -> Option<String> {
     let name = model.variable_name(at.variable);
     if ask.statistic != Statistic::Distribution {
         let word = ask.statistic.word();
-        return Some(format!("`{word}` of `{name}` at one value is not computed: ask for `{word} P({name} | …)`"));
+        return Some(format!(
+            "`{word}` of `{name}` at one value is not computed: ask for `{word} P({name} | …)`"
+        ));
     }
     let open = ask.searched.iter().find(|item| !is_at(item))?;
     let open = model.variable_name(open.variable);

@@ -107,9 +107,8 @@ impl<'s> Chain<'s> {
             let given = number < instants.len();
             let instant = instants.get(number).unwrap_or(&nothing);
             let step = self.step(forward.messages.last(), instant, number, given)?;
-            if given {
-                forward.ln_evidence += step.ln_total;
-            }
+            // A later instant adds ln of the probability that it has values at all: 0, but for a sum outside its range.
+            forward.ln_evidence += step.ln_total;
             forward.products.push(step.product);
             forward.messages.push(step.message);
         }

@@ -302,11 +302,14 @@ pub(super) fn dependent_values(model: &Model, ask: &Ask) -> Option<String> {
         model.components(item.variable) > 1
             || element_of(model, item.variable).is_some_and(|(_, component)| component.is_some())
     };
-    let several = ask.searched.len() > 1 || ask.searched.iter().any(|item| model.components(item.variable) > 1);
+    let several =
+        ask.searched.len() > 1 || ask.searched.iter().any(|item| model.components(item.variable) > 1);
     let at = ask.searched.iter().any(|item| item.at.is_some());
     let item = ask.searched.iter().find(has_components).filter(|_| at && several)?;
     let name = model.variable_name(item.variable);
-    Some(format!("the density of several components of `{name}` together is not computed: ask for each alone"))
+    Some(format!(
+        "the density of several components of `{name}` together is not computed: ask for each alone"
+    ))
 }
 
 impl Offered for Conjugate {

@@ -8,7 +8,8 @@
 
 use super::answer::{Posterior, truth_cells};
 use super::offer::{
-    Conjugate, NO_PRIOR, conjugate_faults, dependent_values, element_of, is_observed, kind_among, parted, predicate_of,
+    Conjugate, NO_PRIOR, conjugate_faults, dependent_values, element_of, is_observed, kind_among, parted,
+    predicate_of,
 };
 use crate::analysis::{of_form, relevant_factors};
 use crate::distribution::{LnTerms, Setting, ln_terms, ln_weights};
@@ -16,7 +17,9 @@ use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Ask, Model, Question, Statistic};
-use crate::posterior::{Answer, NamedComponent, NamedMixture, Part, PartLaw, Slot, Table, refused_of_reals, refused_values};
+use crate::posterior::{
+    Answer, NamedComponent, NamedMixture, Part, PartLaw, Slot, Table, refused_of_reals, refused_values,
+};
 use crate::radix;
 use crate::sample::Observations;
 use crate::strategies::{Case, Found, Offered, Prepared, Purpose};

@@ -121,7 +121,8 @@ impl Mixture {
             Some(Found::Table(Table { right: right.clone(), numbers: numbers.into(), ..first }, None))
         };
         let tables: Option<Vec<Found>> = (0..self.asks.len()).map(table).collect();
-        tables.ok_or_else(|| Error::Impossible(impossible.expect("internal: each context has tables or none")))
+        tables
+            .ok_or_else(|| Error::Impossible(impossible.expect("internal: each context has tables or none")))
     }
 }
 

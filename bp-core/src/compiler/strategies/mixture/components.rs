@@ -41,7 +41,8 @@ pub(super) fn components(
     let values = (observations.values.iter().zip(&linear))
         .map(|(value, linear)| if *linear { f64::NAN } else { *value })
         .collect();
-    let mut all = vec![Component { ln_weight: LnTerms::default(), values, points: 0, law: SlotLaw::new(true) }];
+    let mut all =
+        vec![Component { ln_weight: LnTerms::default(), values, points: 0, law: SlotLaw::new(true) }];
     for instance in setting.in_order(&route.factors)? {
         let is_weighed = route.weighed.contains(&instance.factor);
         let step = |component: Component| match is_real[instance.left[0]] {

@@ -222,9 +222,9 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
         let name = model.variable_name(known.variable);
         match &known.evidence {
             Finding::Soft(_) => Some(format!("soft evidence on `{name}` is mixed from answers without it")),
-            Finding::Each if is_context(model, known) && finite < ask.searched.len() => {
-                Some(format!("a table over `{name}` is made of finite variables alone: give its value, `{name} = …`"))
-            }
+            Finding::Each if is_context(model, known) && finite < ask.searched.len() => Some(format!(
+                "a table over `{name}` is made of finite variables alone: give its value, `{name} = …`"
+            )),
             _ => None,
         }
     })

@@ -84,7 +84,8 @@ pub(crate) fn weigh(
     if ln_weights.is_empty() {
         return Err(Error::Interrupted);
     }
-    let (weights, ln_total) = ln_terms::weights(&ln_weights, ln_terms::ESTIMATED, || setting.model.name.clone())?;
+    let (weights, ln_total) =
+        ln_terms::weights(&ln_weights, ln_terms::ESTIMATED, || setting.model.name.clone())?;
     // Draws of one weight, such as those of a posterior, lose no digits of it.
     let ln_mean = match ln_weights.iter().all(|own| *own == ln_weights[0]) {
         true => ln_weights[0].total(),
