@@ -137,7 +137,10 @@ impl Printer<'_> {
     /// The value of a bound variable as text of the language.
     fn spelled_value(&self, id: VariableId, binding: &Binding) -> Option<String> {
         let model = self.model;
+        let is_named = matches!(&model.variables[id].domain, Domain::Finite { labels, range: None } if !labels.is_empty());
         Some(match binding {
+            // Comparisons name its values: `Town = Paris`, as the left of the equation has it.
+            Binding::Value(Value::Ordinal(_)) if is_named => return None,
             Binding::Value(Value::Ordinal(ordinal)) => model.variables[id].domain.value_spelled(*ordinal),
             Binding::Value(Value::Real(number)) if *number < 0.0 => format!("({number})"),
             Binding::Value(Value::Real(number)) => number.to_string(),

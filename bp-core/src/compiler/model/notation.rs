@@ -7,7 +7,7 @@ use super::{
     VariableUse,
 };
 use crate::ids::{ExpressionId, VariableId};
-use crate::operators::Unary;
+use crate::operators::{Binary, Unary};
 use crate::radix;
 use crate::spelling::{exact, list, quoted};
 
@@ -242,7 +242,10 @@ impl Model {
             Expression::Binary(operator, left, right) => {
                 let (own, sign) = operator.notation();
                 tightness = own;
-                format!("{} {sign} {}", text(left, own), text(right, own + 1))
+                let [one, other] =
+                    [(left, right), (right, left)].map(|(of, with)| self.label_text(*operator, *of, *with));
+                let one = one.unwrap_or_else(|| text(left, own));
+                format!("{one} {sign} {}", other.unwrap_or_else(|| text(right, own + 1)))
             }
             Expression::If { condition, then, otherwise } => {
                 let [condition, then, otherwise] = [condition, then, otherwise].map(|part| text(part, 0));
@@ -274,6 +277,22 @@ impl Model {
             true => (written, tightness),
             false => ("…".to_owned(), TIGHT),
         }
+    }
+
+    /// The name of a value that is compared with a variable of names.
+    fn label_text(&self, operator: Binary, value: ExpressionId, with: ExpressionId) -> Option<String> {
+        let (Expression::Number(number), Expression::Variable(use_)) =
+            (&self.expressions[value], &self.expressions[with])
+        else {
+            return None;
+        };
+        let domain = &self.variables[use_.variable].domain;
+        let is_named = match domain {
+            Domain::Finite { labels, .. } => !labels.is_empty(),
+            other => *other == Domain::Boolean,
+        };
+        let ordinal = domain.ordinal_at(*number).filter(|_| operator.compares() && is_named)?;
+        Some(domain.value_spelled(ordinal))
     }
 
     /// The values of several variables at a position of their table, the last one fastest: `Rain = true, Wet = false`.
