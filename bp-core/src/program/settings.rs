@@ -14,7 +14,9 @@ use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::{ParameterId, SetId, VariableId};
 use crate::kernel::{InputKey, Role};
-use crate::model::{self, Finding, Form, IndexSpace, Model, Parameter, ParameterKind, SetKind, Statistic};
+use crate::model::{
+    self, Finding, Form, IndexSpace, Model, Parameter, ParameterKind, Question, SetKind, Statistic,
+};
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
@@ -57,34 +59,50 @@ pub fn names_of<'q, 'm: 'q>(
             let own = kernel.buffers.values().filter(|buffer| is_own(&buffer.role));
             all.extend(own.map(|buffer| (buffer.name.clone(), Meaning::Field)));
         }
-        for ask in &question.question().asks {
-            let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
-            let known =
-                ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
-                    Finding::Hard(value) => Some((known.variable, value.clone())),
-                    Finding::Each => given_when_asked(model, known.variable),
-                    Finding::Virtual(_) | Finding::Soft(_) => None,
-                });
-            for (variable, value) in searched.chain(known) {
-                let model::Value::Given(name) = value else { continue };
-                let before = all.insert(name.clone(), Meaning::Value(variable));
-                if let Some(Meaning::Value(other)) = before
-                    && model.variables[other].domain != model.variables[variable].domain
-                {
-                    let (one, other) = (model.variable_name(variable), model.variable_name(other));
-                    let message = format!(
-                        "it names values of both `{other}` and `{one}`, which have different domains"
-                    );
-                    return Err(Error::input(name, message));
-                }
-            }
-            if let Statistic::Argmax { nearest: Some(field) } = &ask.statistic {
-                all.insert(field.clone(), Meaning::Field);
-            }
+        for (name, meaning) in values_of(model, question.question())? {
+            let before = all.insert(name.clone(), meaning);
+            same_domain(model, &name, (before, meaning))?;
         }
     }
     all.extend(names(model));
     Ok(all)
+}
+
+/// The names of the values that a question leaves open, and their meanings.
+///
+/// # Errors
+/// A name means values of different domains.
+pub fn values_of(model: &Model, question: &Question) -> Result<BTreeMap<String, Meaning>, Error> {
+    let mut all = BTreeMap::new();
+    for ask in &question.asks {
+        let searched = ask.searched.iter().filter_map(|item| Some((item.variable, item.at.clone()?)));
+        let known = ask.known.iter().chain(ask.statistic.from()).filter_map(|known| match &known.evidence {
+            Finding::Hard(value) => Some((known.variable, value.clone())),
+            Finding::Each => given_when_asked(model, known.variable),
+            Finding::Virtual(_) | Finding::Soft(_) => None,
+        });
+        for (variable, value) in searched.chain(known) {
+            let model::Value::Given(name) = value else { continue };
+            let meaning = Meaning::Value(variable);
+            let before = all.insert(name.clone(), meaning);
+            same_domain(model, &name, (before, meaning))?;
+        }
+        if let Statistic::Argmax { nearest: Some(field) } = &ask.statistic {
+            all.insert(field.clone(), Meaning::Field);
+        }
+    }
+    Ok(all)
+}
+
+/// Refuses a name of values of different domains.
+fn same_domain(model: &Model, name: &str, meanings: (Option<Meaning>, Meaning)) -> Result<(), Error> {
+    let (Some(Meaning::Value(other)), Meaning::Value(variable)) = meanings else { return Ok(()) };
+    if model.variables[other].domain == model.variables[variable].domain {
+        return Ok(());
+    }
+    let (one, other) = (model.variable_name(variable), model.variable_name(other));
+    let message = format!("it names values of both `{other}` and `{one}`, which have different domains");
+    Err(Error::input(name, message))
 }
 
 /// Known variables without a table are given under their own names, except those whose form asks another program: they
@@ -364,6 +382,13 @@ fn split<'t>(
         if let Some((whole, _)) = name.split_once('[').filter(|(whole, _)| model.variable(whole).is_some()) {
             let message = format!(
                 "elements are set together: `{whole}=[…, …]`; or the question names those that are known: `P(… | {name} = …)`"
+            );
+            return Error::input(name, message);
+        }
+        if model.variable(name).is_some() && !names.contains_key(name) {
+            let message = format!(
+                "a variable is set where a question leaves its value open: write `P(… | {name} = value)`, and set `value`; \
+                 or write the value in the question"
             );
             return Error::input(name, message);
         }

@@ -9,6 +9,7 @@ mod connections;
 mod data;
 mod elements;
 mod emit;
+mod explained;
 mod general;
 #[cfg(feature = "serve")]
 mod instants;

@@ -15,9 +15,10 @@ use bp_core::compiler::answer::{
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
+use bp_core::compiler::plan::Options;
 use bp_core::compiler::progress;
-use bp_core::program::settings::{Settings, names_of};
-use std::collections::BTreeSet;
+use bp_core::program::settings::{Meaning, Settings, names_of};
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -92,6 +93,9 @@ pub(crate) struct Arguments {
     /// Show all rows of large tables.
     #[arg(long)]
     all: bool,
+    /// Over time: answer `filter` after each row, and not after the last one alone.
+    #[arg(long, requires = "data")]
+    each: bool,
     /// Draw the answers too: bars, densities, courses over time, heat maps; PNG or SVG by the extension.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["table", "fill"])]
     plot: Option<PathBuf>,
@@ -131,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     };
     // A family whose length is not known has no table; its columns determine the length.
     let is_family = |id: &VariableId| model.variables[*id].family.is_some();
-    let options = arguments.inference.options();
+    let options = Options { each: arguments.each, ..arguments.inference.options() };
     let compiled: Vec<CompiledQuestion<'_>> = questions
         .iter()
         .map(|question| match rows.is_empty() {
@@ -196,7 +200,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     let mut answers: Vec<Answer> = Vec::new();
     for question in &compiled {
-        answers.extend(question.ask_filled(&inputs, sampling)?);
+        let own = question.ask_filled(&inputs, sampling);
+        answers.extend(own.map_err(|error| not_given(&model, &names, error))?);
         if progress::is_stopped() {
             break;
         }
@@ -210,8 +215,26 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     write_answers(&answers, arguments.all, out)
 }
 
+/// The error that a value was not given, with its variable: what was meant as a value may be read as a name of one.
+fn not_given(model: &Model, names: &BTreeMap<String, Meaning>, error: Error) -> Error {
+    match &error {
+        Error::Input { name, message } if message.starts_with("it was not given") => match names.get(name) {
+            Some(Meaning::Value(variable)) => {
+                let domain = &model.variables[*variable].domain;
+                let (of, text) = (model.variable_name(*variable), model.domain_text(domain));
+                let message = format!(
+                    "it was not given: `{name}` names a value of `{of}`, which is `{text}`; `--set {name}=…` gives it"
+                );
+                Error::input(name, message)
+            }
+            _ => error,
+        },
+        _ => error,
+    }
+}
+
 /// The question with the settings that bear the names of open variables as known values.
-fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
+pub(crate) fn set(model: &Model, question: &Question, settings: &[String]) -> Question {
     let open = open(question).into_iter();
     let is_set = |id: &VariableId| {
         let name = model.variable_name(*id);

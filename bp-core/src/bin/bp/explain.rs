@@ -3,7 +3,7 @@
 //! In: a program and a question. Out: the derivation and its cost, as text, LaTeX, JSON or a page of HTML. Invariant:
 //! every output shows the same steps of the same plan.
 
-use crate::ask::setting;
+use crate::ask::{self, setting};
 use crate::cost::{self, Table};
 use crate::data::Separator;
 use crate::failure::{Failure, colour};
@@ -18,7 +18,7 @@ use bp_core::compiler::kernel::in_words;
 use bp_core::compiler::lower::lower_printed;
 use bp_core::compiler::model::{Model, ParameterKind, Question};
 use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, plan};
-use bp_core::program::settings::{Meaning, Settings, names};
+use bp_core::program::settings::{Meaning, Settings, names, values_of};
 use serde_json::json;
 use std::borrow::Cow;
 use std::io::Write;
@@ -32,6 +32,7 @@ Examples:
   bp explain wet_grass.bp 'P(Rain | Wet = true)'
   bp explain wet_grass.bp --html --out wet_grass.html
   bp explain line.bp 'P(A)' --rows points.csv     (as bp ask answers it of these rows)
+  bp explain mail.bp 'P(Spam | W)' --set N=60     (a family of 60 words)
   bp explain cell.bp step --layout                (memory layout of the loops)
   bp explain wet_grass.bp rain --forms            (0.3 in place of P(Rain = true))
   bp explain cell.bp state --latex > state.tex    (uses the package amsmath)
@@ -54,8 +55,8 @@ pub(crate) struct Arguments {
     ignore: Vec<String>,
     #[command(flatten)]
     separator: Separator,
-    /// With --rows: set a size or a parameter; may be repeated.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, requires = "rows", allow_hyphen_values = true)]
+    /// Set a size, a parameter, or a value that the question leaves open, as of `bp ask`; may be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, conflicts_with = "html", allow_hyphen_values = true)]
     settings: Vec<String>,
     /// Show the forms too: the equation that is computed with the form of each factor in its place, and each form.
     #[arg(long)]
@@ -88,6 +89,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         false => program::questions_of_rows(&mut network, typed, &rows)?,
     };
     let model = network.model;
+    let questions: Vec<Question> =
+        questions.iter().map(|asked| ask::set(&model, asked, &arguments.settings)).collect();
     let options = Options { all_offers: true, ..arguments.planning.options() };
     let mut page = Vec::new();
     if arguments.html {
@@ -96,12 +99,15 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         html::write(&model, &source.text, &plans, arguments.forms, &mut page)?;
         return output::write(arguments.out.as_deref(), &page, out);
     }
-    let settings = (!rows.is_empty()).then(|| sized(&model, &arguments.settings, &rows)).transpose()?;
+    let is_set = !rows.is_empty() || !arguments.settings.is_empty();
+    let sizes = || sized(&model, &questions, &arguments.settings, &rows);
+    let settings = is_set.then(sizes).transpose()?;
     let planned = |one: &Question| match &settings {
         None => plan(&model, one, options).map(|plan| (Cow::Borrowed(&model), plan)).or_else(|refused| {
             // Families whose sizes are known may have an answer element by element.
-            let sized = sized(&model, &arguments.settings, &rows).map_err(|_| ());
-            let planned = sized.and_then(|by| plan_sized(&model, one, options, &by.inputs()).map_err(|_| ()));
+            let planned = sizes()
+                .map_err(|_| ())
+                .and_then(|by| plan_sized(&model, one, options, &by.inputs()).map_err(|_| ()));
             planned.map_err(|()| refused)
         }),
         Some(settings) => plan_sized(&model, one, options, &settings.inputs()),
@@ -134,14 +140,23 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
 /// A plan, and the program of which it is the plan.
 type Planned<'m> = (Cow<'m, Model>, Plan);
 
-/// The sizes that rows and settings tell; a parameter without a number has 1, since a plan depends on sizes alone.
-fn sized(model: &Model, typed: &[String], rows: &PlateData) -> Result<Settings, Failure> {
-    let mut settings =
-        Settings::read(model, typed, &names(model))?.with_rows(rows).with_inferred_sizes(model);
+/// The sizes that rows and settings tell; a parameter without a number has 1, since a plan depends on sizes alone. A size that
+/// is not known has none.
+fn sized(
+    model: &Model,
+    questions: &[Question],
+    typed: &[String],
+    rows: &PlateData,
+) -> Result<Settings, Failure> {
+    let mut known = names(model);
+    for question in questions {
+        known.extend(values_of(model, question)?);
+    }
+    let mut settings = Settings::read(model, typed, &known)?.with_rows(rows).with_inferred_sizes(model);
     for (id, parameter) in model.parameters.iter() {
         if parameter.default.is_empty()
+            && parameter.kind != ParameterKind::Size
             && !settings.has(&parameter.name)
-            && settings.size(&parameter.name).is_none()
         {
             let number = if let ParameterKind::Element(_) = parameter.kind { 0_i64 } else { 1 };
             settings.set(model, &parameter.name, &number.into(), Meaning::Parameter(id))?;

@@ -5,6 +5,7 @@
 //! [`Place`].
 
 use super::elements::Elements;
+use super::instants::after_each;
 use super::{Answer, link, soft};
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -116,7 +117,7 @@ pub(super) fn together(
     options: Options,
 ) -> Result<CompiledQuestion<'_>, Error> {
     let plan = plan::plan_for_answer(&model, &question, options)?;
-    let routes = Arc::new(prepare(&model, &plan)?);
+    let routes = Arc::new(prepare(&model, &plan, options.each)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
     let (question, places) = (plan.question, plan.places);
     let texts = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
@@ -135,9 +136,12 @@ pub(super) fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, 
 }
 
 /// Prepares each route of a plan.
-fn prepare(model: &Model, plan: &Plan) -> Result<Vec<Box<dyn Prepared>>, Error> {
-    let mut purposes = vec![Purpose::Shown; plan.routes.len()];
+fn prepare(model: &Model, plan: &Plan, each: bool) -> Result<Vec<Box<dyn Prepared>>, Error> {
+    let mut purposes = vec![Purpose::Shown { each }; plan.routes.len()];
     for (ask, places) in plan.question.asks.iter().zip(&plan.places) {
+        if each {
+            after_each(model, ask)?;
+        }
         let Statistic::Divergence { when, .. } = &ask.statistic else { continue };
         if ask.when.is_over_time() != when.is_over_time() {
             return Err(not_over_time(model, ask));

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::{listed, near};
 use crate::ids::{Id, VariableId};
-use crate::model::{DerivedKind, Finding, Known, Model, Question, Value, VariableUse};
+use crate::model::{Ask, DerivedKind, Finding, Known, Model, Question, Statistic, Value, VariableUse, When};
 use crate::strategies::Observed;
 use std::collections::{HashMap, HashSet};
 use std::io::{Error as Wrong, ErrorKind};
@@ -35,6 +35,21 @@ pub fn read_instants(
 ) -> Result<Vec<Observed>, Error> {
     let sequences = read_sequences(model, question, table, &OtherColumns::default(), inputs)?;
     Ok(sequences.into_iter().flat_map(|(_, instants)| instants).collect())
+}
+
+/// Refuses an ask that is not answered after each instant.
+///
+/// # Errors
+/// It is no filter, or compares two distributions.
+pub(super) fn after_each(model: &Model, ask: &Ask) -> Result<(), Error> {
+    match ask.when == When::Filter && !matches!(ask.statistic, Statistic::Divergence { .. }) {
+        true => Ok(()),
+        false => {
+            let reason =
+                "`filter` alone is answered after each instant; `smooth` and `sequence` answer each anyway";
+            Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() })
+        }
+    }
 }
 
 /// The question in which elements of families that have columns are families observed in part, unless it searches other

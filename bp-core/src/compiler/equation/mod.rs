@@ -175,6 +175,8 @@ pub struct Options {
     pub group: Group,
     /// Whether single elements of families are observed or asked, in addition to the question's variables.
     pub elements: bool,
+    /// Over time: whether `filter` is answered after each instant, and not after the last one alone.
+    pub each: bool,
 }
 
 /// The options of a strategy that is asked for by name.

@@ -92,8 +92,11 @@ pub(crate) trait Offered {
 /// The use of the answers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Purpose {
-    /// They are shown.
-    Shown,
+    /// They are shown; over time after each instant, or as the question says.
+    Shown {
+        /// Whether after each instant.
+        each: bool,
+    },
     /// They are compared with others; over time at each instant, or at the last one.
     Compared {
         /// Whether at each instant.

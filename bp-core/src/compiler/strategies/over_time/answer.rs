@@ -38,7 +38,7 @@ impl Prepared for Instants {
         let setting = Setting::new(model, case.inputs)?;
         let asker = Asker { setting: &setting, case, route: &self.route };
         Ok(vec![match self.purpose {
-            Purpose::Shown => Found::Answer(asker.answer()?),
+            Purpose::Shown { each } => Found::Answer(asker.answer(each)?),
             Purpose::Compared { each } => {
                 let answered = asker.run(if each { Scope::Each } else { Scope::Last })?;
                 match asker.laws(&answered, each) {
@@ -58,10 +58,12 @@ struct Asker<'q> {
 }
 
 impl Asker<'_> {
-    fn answer(&self) -> Result<Answer, Error> {
+    fn answer(&self, each: bool) -> Result<Answer, Error> {
         let (setting, sampling, ask) = (self.setting, self.case.sampling, self.route.ask());
-        let answered = self.run(Scope::Last)?;
-        let estimate = answered.posteriors.iter().find_map(|posterior| estimate(posterior, sampling));
+        let answered = self.run(if each { Scope::Each } else { Scope::Last })?;
+        let several = each || ask.when.is_every_instant();
+        let one = if each { answered.posteriors.last() } else { answered.posteriors.first() };
+        let estimate = one.and_then(|posterior| estimate(posterior, sampling));
         let answer = match &ask.statistic {
             _ if !answered.sequences.is_empty() => self.sequence_rows(&answered)?.into(),
             _ if answered
@@ -69,18 +71,19 @@ impl Asker<'_> {
                 .iter()
                 .all(|posterior| matches!(posterior.law, InstantLaw::Finite(_))) =>
             {
-                let table = self.table(&answered, ask.when.is_every_instant())?;
+                let table = self.table(&answered, several)?;
                 let (model, inputs, seed) = (setting.model, self.case.inputs, sampling.seed);
                 Reader { model, ask, table: &table, inputs, seed }.rows()?
             }
             _ => {
                 let mut random = seeded(sampling.seed, &setting.model.ask_text(ask));
-                let rows =
-                    answered.posteriors.iter().map(|posterior| self.real_rows(ask, posterior, &mut random));
+                let rows = answered
+                    .posteriors
+                    .iter()
+                    .map(|posterior| self.real_rows((ask, several), posterior, &mut random));
                 rows.collect::<Result<Vec<_>, Error>>()?.concat().into()
             }
         };
-        let several = ask.when.is_every_instant();
         Ok(Answer {
             question: setting.model.ask_text(ask),
             ln_evidence: Some(answered.ln_evidence),
@@ -229,11 +232,11 @@ impl Asker<'_> {
 
     fn real_rows(
         &self,
-        ask: &Ask,
+        (ask, several): (&Ask, bool),
         posterior: &InstantPosterior,
         random: &mut impl Rng,
     ) -> Result<Vec<Row>, Error> {
-        let instant = ask.when.is_every_instant().then(|| (self.index(), posterior.instant.to_string()));
+        let instant = several.then(|| (self.index(), posterior.instant.to_string()));
         Ok(match &posterior.law {
             InstantLaw::Cloud { draws, kept, linear, .. } => {
                 // Draws of different instants differ.

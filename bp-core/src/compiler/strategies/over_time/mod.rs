@@ -200,6 +200,9 @@ pub fn answer(
             all.resize(instants.len() + ahead, Vec::new());
             let unmet = |number: usize| unmet(setting, route, number, &all[number], sampling.particles);
             let slots = route.ask().searched.iter().flat_map(|item| setting.slots_of(item.variable));
+            if scope == Scope::Each && route.ask().when == When::Filter {
+                return by_following(setting, route, instants, sampling);
+            }
             if route.ask().when.is_every_instant() {
                 return by_paths(setting, route, &all, &slots.collect::<Vec<_>>(), sampling, &unmet);
             }
@@ -223,6 +226,21 @@ impl Followed {
             ln_evidence_error: cloud.ln_evidence_error(),
         }
     }
+}
+
+/// The posterior after each instant, by particles that have seen no later one.
+fn by_following(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Instant],
+    sampling: Sampling,
+) -> Result<Answered, Error> {
+    let mut follower = Follower::new(setting.clone(), route.clone(), sampling)?;
+    let mut posteriors = Vec::with_capacity(instants.len());
+    for instant in instants {
+        posteriors.push(follower.step(instant)?);
+    }
+    Ok(Answered { posteriors, sequences: Vec::new(), ln_evidence: follower.ln_evidence() })
 }
 
 /// The most particles whose paths are kept of many instants, and the most of all instants together.
