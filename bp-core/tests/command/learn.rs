@@ -99,6 +99,23 @@ fn a_learned_program_is_asked_as_any_other() {
 }
 
 #[test]
+fn without_a_file_the_learned_forms_are_printed() {
+    let folder = Folder::with(&[("urns.bp", PROGRAM), ("d.csv", DATA)]);
+    let printed = written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--ignore", "Day"]));
+    // Laplace: (2 + 1) / (3 + 2) and (0 + 1) / (1 + 2); the mean and deviation of 1 and 3, and of 7 and 9.
+    for line in [
+        "P(Urn) = categorical(0.6, 0.4);",
+        "P(Ball | Urn) = table { Left: 0.6, 0.4; Right: 0.3333333333333333, 0.6666666666666666; };",
+        "P(Size | Ball) = match Ball { Red => normal(2, 1), White => normal(8, 1) };",
+    ] {
+        assert!(printed.contains(line), "{line} in {printed}");
+    }
+    let report =
+        written(&folder.bp(&["learn", "urns.bp", "--data", "d.csv", "--ignore", "Day", "--out", "l.bp"]));
+    assert!(!report.contains("categorical"), "{report}");
+}
+
+#[test]
 fn a_report_is_json_too() {
     let folder =
         Folder::with(&[("urns.bp", PROGRAM), ("d.csv", "Ball,Size\nRed,1\nRed,2\nWhite,3\nWhite,4\n")]);

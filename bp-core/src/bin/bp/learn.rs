@@ -72,7 +72,7 @@ pub(crate) struct Arguments {
     /// otherwise taken from the data.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     settings: Vec<String>,
-    /// Write the learned program to this file; by default only the report is printed.
+    /// Write the learned program to this file; by default the report and the learned forms are printed.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Draw the learning curve, and the learned densities over histograms of the data; PNG or SVG by the extension.
@@ -170,7 +170,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             serde_json::to_writer(&mut *out, &learned.report).map_err(std::io::Error::from)?;
             writeln!(out)?;
         }
-        false => show(&learned.report, arguments, out)?,
+        false => {
+            show(&learned.report, arguments, out)?;
+            if arguments.out.is_none() {
+                show_numbers(&learned, out)?;
+            }
+        }
     }
     match &learned.report.expectation {
         Some(course) if course.interrupted => {
@@ -339,6 +344,24 @@ fn show(report: &Report, arguments: &Arguments, out: &mut dyn Write) -> Result<(
     }
     if let Some(to) = &arguments.out {
         write!(out, "{}", wrapped("", &format!("written to {}", to.display()), 2))?;
+    }
+    Ok(())
+}
+
+/// The most lines of learned numbers beside a report.
+const MOST_LINES: usize = 60;
+
+/// The learned forms, as they would stand in the program.
+fn show_numbers(learned: &Learned, out: &mut dyn Write) -> Result<(), Failure> {
+    let source = Source::new("the learned numbers", learned.text());
+    let text = parse(&source).map_err(|wrong| Failure::Wrong(wrong, source))?.to_string();
+    let lines: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("    ")).collect();
+    writeln!(out)?;
+    for line in lines.iter().take(MOST_LINES) {
+        writeln!(out, "  {line}")?;
+    }
+    if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
+        writeln!(out, "  … {}: `--out` writes them all", counted(more, "more line"))?;
     }
     Ok(())
 }
