@@ -91,6 +91,22 @@ fn questions_over_time_are_lines_with_bands() {
 }
 
 #[test]
+fn sequences_are_stairs_between_the_values_of_a_variable() {
+    let door = ["ask", "examples/course/06_door.bp", "path", "--data", "examples/course/06_door.csv"];
+    let (words, stairs) = drawn(&door, "polyline");
+    has(&words, &["sequence P(Open | Seen)", "instant t", "Open", "true", "false", "1", "8"]);
+    assert!(words.iter().all(|word| word != "1.5" && word != "probability"), "{words:?}");
+    assert!(stairs >= 1, "{stairs}");
+    let best = ["ask", "examples/course/06_door.bp", "best(2) sequence P(Open | Seen)", "--data", door[4]];
+    has(&drawn(&best, "polyline").0, &["sequence 1", "sequence 2"]);
+    // Instants are whole numbers.
+    let each = ["ask", "examples/course/06_door.bp", "now", "--each", "--data", "examples/course/06_two.csv"];
+    let (words, _) = drawn(&each, "polyline");
+    has(&words, &["filter P(Open | Seen)", "instant t", "1", "2"]);
+    assert!(words.iter().all(|word| word != "1.5"), "{words:?}");
+}
+
+#[test]
 fn learning_has_a_curve_and_densities_over_histograms() {
     let folder = tempfile::tempdir().unwrap();
     let (program, data) = (folder.path().join("m.bp"), folder.path().join("m.csv"));

@@ -3,7 +3,7 @@
 //! In: panels. Out: the bytes of a PNG or an SVG. Invariant: text is in the included font, or in SVG in any sans-serif
 //! one; colours differ in lightness too, so that they can be distinguished in grey.
 
-use super::labels::{fitted, shortened, tick, tick_between};
+use super::labels::{at_whole, fitted, shortened, tick, tick_between};
 use super::{Bars, Course, Density, Panel};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -18,7 +18,7 @@ const FONT: &str = "sans-serif";
 const SIZE: (u32, u32) = (900, 430);
 /// A PNG has this many pixels for each unit.
 const FINE: u32 = 2;
-const COLOURS: [RGBColor; 6] = [
+pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(33, 87, 145),
     RGBColor(214, 108, 28),
     RGBColor(46, 139, 106),
@@ -27,7 +27,7 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(90, 90, 90),
 ];
 const INK: RGBColor = RGBColor(40, 40, 40);
-const GRID: RGBColor = RGBColor(225, 225, 225);
+pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// The panels as SVG.
 pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
@@ -91,6 +91,7 @@ fn draw<B: DrawingBackend>(root: &Area<'_, B>, panels: &[Panel], fine: u32) -> D
             Panel::Bars(bars) => pen.bars(area, bars)?,
             Panel::Density(density) => pen.density(area, density)?,
             Panel::Course(course) => pen.course(area, course)?,
+            Panel::Stairs(stairs) => pen.stairs(area, stairs)?,
             Panel::Heat(heat) => pen.heat(area, heat)?,
         }
     }
@@ -278,7 +279,7 @@ impl Pen {
             .configure_mesh()
             .light_line_style(WHITE)
             .bold_line_style(GRID)
-            .x_label_formatter(&tick_between(left, right))
+            .x_label_formatter(&at_whole)
             .y_label_formatter(&tick_between(low, high))
             .x_desc(panel.across.as_str())
             .y_desc(panel.upwards.as_str())
@@ -323,7 +324,7 @@ impl Pen {
 }
 
 /// The sign of a line in a legend.
-fn key_line((x, y): (i32, i32), unit: u32, colour: RGBColor) -> PathElement<(i32, i32)> {
+pub(super) fn key_line((x, y): (i32, i32), unit: u32, colour: RGBColor) -> PathElement<(i32, i32)> {
     PathElement::new([(x, y), (x + 18 * unit as i32, y)], colour.stroke_width(2 * unit))
 }
 

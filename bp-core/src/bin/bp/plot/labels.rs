@@ -29,6 +29,12 @@ pub(super) fn tick_between(low: f64, high: f64) -> impl Fn(&f64) -> String {
     }
 }
 
+/// The number of an instant or a step; nothing between two of them.
+pub(super) fn at_whole(number: &f64) -> String {
+    let nearest = number.round();
+    if (number - nearest).abs() < 1e-6 { format!("{nearest}") } else { String::new() }
+}
+
 /// A number by itself: up to four digits, without trailing zeros.
 pub(super) fn tick(number: &f64) -> String {
     let size = number.abs();

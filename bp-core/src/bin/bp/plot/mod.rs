@@ -9,6 +9,7 @@ mod heat;
 mod labels;
 mod learning;
 mod panels;
+mod stairs;
 
 use crate::failure::Failure;
 use crate::wrap::columns;
@@ -31,6 +32,8 @@ pub(crate) enum Panel {
     Density(Density),
     /// Numbers over instants or steps.
     Course(Course),
+    /// Values over instants.
+    Stairs(Stairs),
     /// A number for each pair of values.
     Heat(Heat),
 }
@@ -71,6 +74,14 @@ pub(crate) struct Course {
     pub(crate) range: Option<(f64, f64)>,
 }
 
+/// Values of a finite variable over instants, each line a sequence of their places.
+pub(crate) struct Stairs {
+    pub(crate) title: String,
+    /// The variable and the names of its values.
+    pub(crate) upwards: (String, Vec<String>),
+    pub(crate) lines: Vec<Curve>,
+}
+
 /// A number for each pair of values, row by row from the bottom.
 pub(crate) struct Heat {
     pub(crate) title: String,
@@ -94,6 +105,9 @@ impl Panel {
             }
             Panel::Course(course) => {
                 [&course.title].into_iter().chain(course.lines.iter().map(|line| &line.name)).collect()
+            }
+            Panel::Stairs(stairs) => {
+                [&stairs.title, &stairs.upwards.0].into_iter().chain(&stairs.upwards.1).collect()
             }
             Panel::Heat(heat) => {
                 let values = heat.across.1.iter().chain(&heat.upwards.1);
@@ -184,3 +198,6 @@ fn write(panels: &[Panel], path: &Path, out: &mut impl Write) -> Result<(), Fail
 }
 
 const MOST_PANELS: usize = 24;
+
+/// Lines of a panel.
+const MOST_LINES: usize = 10;

@@ -3,7 +3,7 @@
 //! In: an answer. Out: bars for a finite variable, a heat map for two, a density for a real, lines over instants.
 //! Invariant: the numbers are those of the answer; a density is evaluated by its own law.
 
-use super::{Bars, Course, Curve, Density, Heat, Panel};
+use super::{Bars, Course, Curve, Density, Heat, MOST_LINES, Panel, stairs};
 use bp_core::compiler::answer::{Answer, Drawn, Figure, NamedLaw, Part, PartLaw, Row};
 use bp_core::compiler::law::Law;
 use bp_core::compiler::model::Model;
@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 /// Bars of a panel, and values of an axis of a heat map.
 const MOST_BARS: usize = 40;
 const MOST_CELLS: usize = 200;
-/// Lines of a course.
-const MOST_LINES: usize = 10;
 /// Points of a density.
 const POINTS: usize = 241;
 /// Bars of a histogram of draws.
@@ -24,7 +22,7 @@ pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
     if answer.when.is_over_time()
         && answer.answer.iter().any(|row| row.values.iter().any(|(name, _)| name == "t"))
     {
-        return courses(answer);
+        return if stairs::are_values(answer) { stairs::of(model, answer) } else { courses(answer) };
     }
     let mut panels = Vec::new();
     for rows in answer.answer.chunk_by(alike) {
