@@ -355,6 +355,7 @@ const MOST_LINES: usize = 60;
 fn show_numbers(learned: &Learned, out: &mut dyn Write) -> Result<(), Failure> {
     let source = Source::new("the learned numbers", learned.text());
     let text = parse(&source).map_err(|wrong| Failure::Wrong(wrong, source))?.to_string();
+    let text = text.replace("    parameters {\n    }\n", "");
     let lines: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("    ")).collect();
     writeln!(out)?;
     for line in lines.iter().take(MOST_LINES) {
