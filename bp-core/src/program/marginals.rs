@@ -9,7 +9,7 @@ use super::{Evidence, Posterior, Program, Value};
 use crate::answer::{self, Knowledge, Slot};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::guess::nearest;
+use crate::guess::did_you_mean;
 use crate::ids::VariableId;
 use crate::model::{self, Domain, Known};
 
@@ -85,8 +85,8 @@ impl Names<'_> {
         });
         element.ok_or_else(|| {
             let names = self.program.variables();
-            let near = nearest(name, names.iter().map(String::as_str));
-            let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            let near = did_you_mean(name, names.iter().map(String::as_str));
+            let help = near.map_or_else(String::new, |near| format!("; {near}"));
             Error::input(name, format!("`{}` has no variable of this name{help}", model.name))
         })
     }

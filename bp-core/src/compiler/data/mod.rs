@@ -194,7 +194,13 @@ impl Records {
         self.column(name).ok_or_else(|| {
             let columns = self.columns.iter().map(String::as_str);
             let help = match near(name, columns.clone()) {
+                Some(near) if near.len() != name.len() => {
+                    format!("did you mean `{near}`? The column is named as the variable: `{}`", shown(name))
+                }
                 Some(name) => format!("did you mean `{name}`?"),
+                None if columns.clone().all(|name| name.trim().parse::<f64>().is_ok()) => {
+                    "row 1 has the names of the columns, but here it has numbers".to_owned()
+                }
                 None => format!("the columns are {}", listed(columns, "and")),
             };
             wrong(&self.path, format!("there is no column `{}`; {help}", shown(name)))

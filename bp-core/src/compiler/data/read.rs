@@ -252,8 +252,13 @@ fn name_columns(table: &mut Records, names: &StringRecord) -> Result<(), Error> 
         }
         if let Some(first) = known.insert(name, position) {
             let (name, first, second) = (shown(name), first + 1, position + 1);
-            let message =
-                format!("row 1 names the column `{name}` twice, as column {first} and as column {second}");
+            let help = match name.trim().parse::<f64>() {
+                Ok(_) => ": it has the names of the columns, but here it has numbers",
+                Err(_) => "",
+            };
+            let message = format!(
+                "row 1 names the column `{name}` twice, as column {first} and as column {second}{help}"
+            );
             return Err(wrong(&table.path, message));
         }
         table.columns.push(name.to_owned());

@@ -95,8 +95,8 @@ impl Named {
                 let message = format!("it is a family: name its elements, such as `{}`", first.0);
                 return Error::input(variable, message);
             }
-            let near = guess::nearest(variable, self.numbers.keys().map(String::as_str));
-            let help = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+            let near = guess::did_you_mean(variable, self.numbers.keys().map(String::as_str));
+            let help = near.map_or_else(String::new, |near| format!("; {near}"));
             Error::input(variable, format!("`{}` has no variable of this name{help}", self.model.name))
         })
     }

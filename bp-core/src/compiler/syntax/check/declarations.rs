@@ -226,6 +226,7 @@ impl Checker<'_> {
         };
         if broken {
             self.broken_variables.insert(id);
+            self.untyped.insert(name.text.clone());
         }
         self.variable_spans.insert(id, declared.at.0);
         if !self.declare(name, Meaning::Variable(id)) {

@@ -95,6 +95,7 @@ impl Checker<'_> {
                 let known =
                     self.names.iter().filter(|(_, (meaning, _))| matches!(meaning, Meaning::Variable(_)));
                 nearest(&occurrence.name.text, known.map(|(name, _)| name.as_str()))
+                    .first()
                     .and_then(|name| self.meaning(name))
             });
             if let Some(Some(Meaning::Variable(id))) = meant {

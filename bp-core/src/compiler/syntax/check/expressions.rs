@@ -171,6 +171,11 @@ impl Checker<'_> {
             }
             self.declare_index(expr, *set, scope);
         }
+        if let ExprKind::Name(name) = &expr.kind
+            && self.is_unbound_index(name, scope)
+        {
+            return None;
+        }
         let (id, found) = self.expression(expr, scope, None)?;
         let expected = match over {
             IndexSpace::Set(_) if scope.numbered && found == Type::Number => return Some(id),
@@ -180,6 +185,35 @@ impl Checker<'_> {
             IndexSpace::Range(_) => Type::Number,
         };
         self.expect(expr.span(), &found, &expected).then_some(id)
+    }
+
+    /// Whether an index is a name that nothing binds; it is reported where a product would bind it, or a number is meant.
+    fn is_unbound_index(&mut self, name: &ast::Name, scope: &Scope) -> bool {
+        let text = &name.text;
+        let is_bound = scope
+            .products
+            .iter()
+            .map(|(own, _)| own)
+            .chain(scope.bound.iter().map(|(own, _)| own))
+            .any(|own| own == text);
+        let help = match scope.products.as_slice() {
+            _ if scope.numbered => {
+                "an element is named by its number, as in `[1]`; the name alone is the whole family"
+                    .to_owned()
+            }
+            [] if scope.head.is_empty() => {
+                format!("a product binds an index: `prod({text}) {{ … }}` around the factor")
+            }
+            [.., (own, _)] => format!("the index here is `{own}`"),
+            [] => return false,
+        };
+        if is_bound || self.meaning(text).is_some() || !text.starts_with(char::is_lowercase) {
+            return false;
+        }
+        if self.unknown.insert(text.clone()) {
+            self.complain_and_help(name.span(), format!("unknown index `{text}`"), help);
+        }
+        true
     }
 
     fn name(&mut self, name: &ast::Name, scope: &Scope, hint: Option<&Domain>) -> Option<Typed> {

@@ -5,6 +5,7 @@
 //! use.
 
 use super::expressions::{Scope, Typed, plural};
+use super::names::slipped;
 use super::types::Type;
 use super::{Checker, Meaning};
 use crate::ids::{ExpressionId, ParameterId, SetId, VariableId};
@@ -151,6 +152,12 @@ impl Checker<'_> {
         kind: ParameterKind,
         scope: &Scope,
     ) -> Option<ParameterId> {
+        let declared = self.names.iter().filter(|(_, (meaning, _))| matches!(meaning, Meaning::Parameter(_)));
+        if let Some(meant) = slipped(&name.text, declared.map(|(name, _)| name.as_str())) {
+            let (message, help) = (format!("unknown name `{name}`"), format!("did you mean `{meant}`?"));
+            self.complain_and_help(name.span(), message, help);
+            return None;
+        }
         let spaces: Vec<_> = indices.iter().map(|index| self.space_of(index, scope)).collect();
         let spaces: Vec<IndexSpace> = spaces.into_iter().collect::<Option<_>>()?;
         Some(self.implicit(name, kind, spaces))

@@ -51,7 +51,12 @@ impl Checker<'_> {
                 continue;
             }
             self.form_spans.insert(factor, definition.form.span());
-            match self.definition(factor, definition) {
+            let before = self.wrong.0.len();
+            let form = self.definition(factor, definition);
+            if self.has_untyped(&definition.head.to_string()) {
+                self.wrong.0.truncate(before);
+            }
+            match form {
                 Some(form) => self.model.set_form(factor, form),
                 None => {
                     self.broken_forms.insert(factor);

@@ -138,6 +138,8 @@ struct Checker<'p> {
     broken_heads: HashSet<String>,
     /// Variables with a wrong declaration or factor: no further errors are reported for them.
     broken_variables: HashSet<VariableId>,
+    /// The names of variables whose domain is not known: what depends on it is not checked.
+    untyped: HashSet<String>,
     /// Factors with a wrong or missing form: no further errors are reported for them.
     broken_forms: HashSet<FactorId>,
     /// Unknown names that have been reported.
@@ -164,6 +166,7 @@ impl<'p> Checker<'p> {
             wholes: Vec::new(),
             broken_heads: HashSet::new(),
             broken_variables: HashSet::new(),
+            untyped: HashSet::new(),
             broken_forms: HashSet::new(),
             unknown: HashSet::new(),
         }
@@ -249,6 +252,12 @@ impl<'p> Checker<'p> {
             let wrong = Diagnostic::new(self.program.name.span(), message);
             self.wrong.push(wrong.with_help("declare them: `variables { Rain : bool; }`"));
         }
+    }
+
+    /// Whether a text of the language has the name of a variable whose domain is not known.
+    fn has_untyped(&self, text: &str) -> bool {
+        let mut words = text.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
+        !self.untyped.is_empty() && words.any(|word| self.untyped.contains(word))
     }
 
     /// Defines a name, unless it is already defined.

@@ -29,6 +29,10 @@ impl Checker<'_> {
             let written = &*spread(self.model.so_far(), written, &mut self.wrong);
             let found = self.derive(written, &mut derived);
             let ask = ask_of(self.model.so_far(), written, (&derived, &found), &mut self.wrong);
+            if self.has_untyped(&written.to_string()) {
+                self.wrong.0.truncate(before);
+                continue;
+            }
             // Do not report a second error for the same ask.
             if self.wrong.0.len() == before {
                 read.push((ask, written.at.0));
@@ -329,6 +333,8 @@ fn is_own_name(name: &str, variable: &str) -> bool {
 /// The value that a misspelled name probably means. A name such as `w` is similar to none: it is a value given later.
 fn slip<'d>(name: &str, domain: &'d Domain) -> Option<&'d str> {
     match domain {
+        Domain::Boolean if ["yes", "on"].contains(&name) => Some("true"),
+        Domain::Boolean if ["no", "off"].contains(&name) => Some("false"),
         Domain::Boolean => near(name, ["false", "true"]),
         Domain::Finite { labels, .. } => near(name, labels.iter().map(String::as_str)),
         _ => None,

@@ -5,6 +5,7 @@
 
 use super::comments;
 use super::grammar::Rule;
+use crate::compiler::reference;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::spelling::{RESERVED, quoted_length};
@@ -35,6 +36,10 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
     };
     if let Some(help) = units::help(&text[..before.end], found) {
         diagnostic = diagnostic.with_help(help);
+    } else if let Some(help) = asked_elsewhere(text.split_at(position), found, rules) {
+        diagnostic = diagnostic.with_help(help);
+    } else if let Some(whole) = one_word(&text[before.start..before.end], found) {
+        diagnostic = diagnostic.with_help(format!("did you mean `{whole}`?"));
     } else if rules.contains(&Rule::kw_parameters) {
         diagnostic = diagnostic.with_help(
             "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
@@ -65,11 +70,62 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
     diagnostic
 }
 
+/// Statistics of a distribution as books write them, and as they are written here.
+const IN_BOOKS: [(&str, &str); 6] = [
+    ("pr prob probability p", "P(X)"),
+    ("e mean average expected", "expectation P(X)"),
+    ("var variation", "variance P(X)"),
+    ("h", "entropy P(X)"),
+    ("i mi", "information P(X, Y)"),
+    ("d kl dkl", "divergence P(X | Z) from P(X)"),
+];
+
+/// The help for a question in the notation of books: `Pr(X)`, `E(X)`, `H[X]`, `entropy(X)`.
+fn asked_elsewhere((text, rest): (&str, &str), found: &str, rules: &[Rule]) -> Option<String> {
+    let is_ask = rules.iter().any(|rule| describe(*rule) == "`P(`");
+    if found == "P" && is_ask {
+        return rest[1..]
+            .trim_start()
+            .starts_with(['[', '{'])
+            .then(|| "write `P(X)`, in round brackets".to_owned());
+    }
+    if found.is_empty() && is_ask {
+        let (words, last) = text.trim_end().rsplit_once(' ')?;
+        return last
+            .starts_with(char::is_uppercase)
+            .then(|| format!("write `{} P({last})`", words.trim_end()));
+    }
+    let is_amount = [Rule::amount, Rule::sign, Rule::number].iter().any(|rule| rules.contains(rule));
+    let is_after = matches!(found, "[" | "(") && is_ask;
+    let name = match text.trim_end().strip_suffix('(') {
+        Some(before) if is_amount => before,
+        _ if is_after => text,
+        _ => return None,
+    };
+    let name = name.trim_end().rsplit(|letter: char| !letter.is_alphanumeric()).next().unwrap_or_default();
+    let lower = name.to_lowercase();
+    let here = IN_BOOKS.iter().find(|(others, _)| others.split(' ').any(|other| other == lower));
+    match here {
+        Some((_, here)) => Some(format!("write `{here}`")),
+        None => (reference::named(name).iter().any(|entry| entry.kind == "questions"))
+            .then(|| format!("a statistic stands before a distribution: `{name} P(X)`")),
+    }
+}
+
+/// The name that two words make, where one of the language is meant: `noisy or`.
+fn one_word(before: &str, found: &str) -> Option<String> {
+    let whole = format!("{before}_{found}");
+    let is_word = !before.is_empty() && !found.is_empty();
+    (is_word && reference::named(&whole).iter().any(|entry| entry.names.contains(&whole.as_str())))
+        .then_some(whole)
+}
+
 /// The help for signs of other languages.
 fn elsewhere(found: &str, rules: &[Rule], expected: &str, before: &str) -> Option<String> {
     let help = match found {
         ".." if rules.contains(&Rule::dots) => "a range has both of its ends: write `1..=5`",
         "*" | "·" | "," if expected.contains("`prod`") => "factors stand side by side: `P(A) P(B | A)`",
+        "Pr" | "Prob" | "prob" | "pr" | "p" if expected.contains("`P(`") => "write `P(…)`",
         "&" | "&&" => "write `and`",
         "||" => "write `or`",
         "!" => "write `not`",
