@@ -102,7 +102,7 @@ fn the_filter_is_answered_after_each_row() {
     for (found, expected) in found.iter().zip([1.0 - first, first, 1.0 - second, second]) {
         assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
     }
-    assert_eq!((found.len(), &rows[2]["t"]), (4, &Value::from("2")), "{answer}");
+    assert_eq!((found.len(), &rows[2]["values"]["t"]), (4, &Value::from("2")), "{answer}");
     let refused = ask("soon").unwrap_err();
     assert!(refused.contains("`filter` alone is answered after each instant"), "{refused}");
 }
