@@ -19,6 +19,7 @@ mod first_instants;
 mod flat;
 mod gaussian;
 mod gibbs;
+mod gradients;
 mod guided;
 mod histories;
 mod join_trees;

@@ -4,7 +4,11 @@
 //! them, at any values of the other slots. Invariant: the equations are those of `model/evaluate.rs`, `forms/` and `law/`; what is not
 //! valid for the form, or has no number, is left to [`Setting::ln_density`], which reports it.
 
-use super::tape::{Node, Tape};
+mod assigned;
+
+pub(crate) use assigned::{Assigned, scale_of};
+
+use super::tape::{Cells, Node, Seed, Tape};
 use super::{Instance, Setting};
 use crate::forms::{bernoulli, row, surely};
 use crate::ids::{ExpressionId, ParameterId, VariableId};
@@ -32,17 +36,8 @@ impl Densities {
         instances: &[&Instance],
         fixed: &dyn Fn(usize) -> Option<f64>,
     ) -> Option<Self> {
-        let first = instances.first()?;
-        let mut recording = Recording {
-            setting,
-            instances,
-            component: first.component,
-            fixed,
-            tape: Tape::new(instances.len()),
-            known: HashMap::new(),
-            depth: 0,
-        };
-        let wanted = recording.form(setting.form_at(first)).ok()?;
+        let mut recording = Recording::new(setting, instances, fixed)?;
+        let wanted = recording.form(setting.form_at(instances[0])).ok()?;
         let mut tape = recording.tape;
         let wanted = tape.finish(&wanted);
         Some(Self { tape, wanted: [wanted[0], wanted[1]] })
@@ -51,6 +46,18 @@ impl Densities {
     /// Σ ln of the densities of some of the instances, by their places; `None` where a number is not valid. `cells` is memory.
     pub(crate) fn ln(&self, rows: &[u32], values: &[f64], cells: &mut Vec<f64>) -> Option<f64> {
         let (ln, holds) = self.tape.sum(self.wanted, rows, values, cells);
+        (holds && !ln.is_nan()).then_some(ln)
+    }
+
+    /// As [`Densities::ln`]; adds its derivatives by all slots to `slopes`.
+    pub(crate) fn slopes(
+        &self,
+        rows: &[u32],
+        values: &[f64],
+        cells: &mut Cells,
+        slopes: &mut [f64],
+    ) -> Option<f64> {
+        let (ln, holds) = self.tape.slopes(self.wanted, rows, values, Seed::One, cells, slopes);
         (holds && !ln.is_nan()).then_some(ln)
     }
 }
@@ -69,7 +76,17 @@ struct Recording<'r, 'm> {
     depth: usize,
 }
 
-impl Recording<'_, '_> {
+impl<'r, 'm> Recording<'r, 'm> {
+    /// A recording of instances of one factor and one component; `None` of no instance.
+    fn new(
+        setting: &'r Setting<'m>,
+        instances: &'r [&'r Instance],
+        fixed: &'r dyn Fn(usize) -> Option<f64>,
+    ) -> Option<Self> {
+        let (component, tape) = (instances.first()?.component, Tape::new(instances.len()));
+        Some(Self { setting, instances, component, fixed, tape, known: HashMap::new(), depth: 0 })
+    }
+
     /// The values of a slot of each instance.
     fn slots(&mut self, slots: Vec<usize>) -> Node {
         match slots.iter().map(|slot| (self.fixed)(*slot)).collect::<Option<Vec<f64>>>() {

@@ -31,6 +31,42 @@ fn differentiated(operator: Unary, x: f64) -> f64 {
     (8.0 * across(1.0) - across(2.0)) / (12.0 * step)
 }
 
+/// The derivative of an operator at `x`, where it has this value.
+pub(super) fn slope_of(operator: Unary, x: f64, value: f64) -> f64 {
+    match operator {
+        Unary::Negate | Unary::Not => -1.0,
+        Unary::Absolute => x.signum(),
+        Unary::Exponential => value,
+        Unary::NaturalLogarithm => 1.0 / x,
+        Unary::SquareRoot => 0.5 / value,
+        Unary::Floor | Unary::Ceiling | Unary::Round => 0.0,
+        Unary::Sine => x.cos(),
+        Unary::Cosine => -x.sin(),
+        Unary::BinaryLogarithm => 1.0 / (x * LN_2),
+        Unary::LnGamma | Unary::LnBessel => differentiated(operator, x),
+        Unary::NormalCumulative => (-0.5 * x * x).exp() / TAU.sqrt(),
+        Unary::EntropyTerm if value == 0.0 => 0.0,
+        Unary::EntropyTerm => -x.ln() - 1.0,
+    }
+}
+
+/// The derivatives of an operator by both operands.
+pub(super) fn slopes_of(operator: Binary, x: f64, y: f64, value: f64) -> [f64; 2] {
+    match operator {
+        Binary::Add => [1.0, 1.0],
+        Binary::Subtract => [1.0, -1.0],
+        Binary::Multiply => [y, x],
+        Binary::Divide => [1.0 / y, -value / y],
+        Binary::Minimum | Binary::Maximum if value == x => [1.0, 0.0],
+        Binary::Minimum | Binary::Maximum => [0.0, 1.0],
+        Binary::Power => [y * x.powf(y - 1.0), value * x.ln()],
+        Binary::Remainder => [1.0, -(x - value) / y],
+        // The angle of the point (y, x): its first operand is the ordinate.
+        Binary::ArcTangent => [y / (x * x + y * y), -x / (x * x + y * y)],
+        _ => [0.0, 0.0],
+    }
+}
+
 impl Number for Dual {
     fn known(number: f64) -> Self {
         Self { value: number, slope: 0.0 }
@@ -46,48 +82,18 @@ impl Number for Dual {
         if slope == 0.0 {
             return Self::known(value);
         }
-        let factor = match operator {
-            Unary::Negate | Unary::Not => -1.0,
-            Unary::Absolute => x.signum(),
-            Unary::Exponential => value,
-            Unary::NaturalLogarithm => 1.0 / x,
-            Unary::SquareRoot => 0.5 / value,
-            Unary::Floor | Unary::Ceiling | Unary::Round => 0.0,
-            Unary::Sine => x.cos(),
-            Unary::Cosine => -x.sin(),
-            Unary::BinaryLogarithm => 1.0 / (x * LN_2),
-            Unary::LnGamma | Unary::LnBessel => differentiated(operator, x),
-            Unary::NormalCumulative => (-0.5 * x * x).exp() / TAU.sqrt(),
-            Unary::EntropyTerm if value == 0.0 => 0.0,
-            Unary::EntropyTerm => -x.ln() - 1.0,
-        };
+        let factor = slope_of(operator, x, value);
         Self { value, slope: factor * slope }
     }
     fn binary(operator: Binary, x: Self, y: Self) -> Self {
         let value = operator.apply(x.value, y.value);
-        let slope = match operator {
-            _ if x.slope == 0.0 && y.slope == 0.0 => 0.0,
-            Binary::Add => x.slope + y.slope,
-            Binary::Subtract => x.slope - y.slope,
-            Binary::Multiply => x.slope * y.value + x.value * y.slope,
-            Binary::Divide => (x.slope - value * y.slope) / y.value,
-            Binary::Minimum | Binary::Maximum if value == x.value => x.slope,
-            Binary::Minimum | Binary::Maximum => y.slope,
-            Binary::Power => {
-                let by_base = match x.slope == 0.0 {
-                    true => 0.0,
-                    false => y.value * x.value.powf(y.value - 1.0) * x.slope,
-                };
-                let by_exponent = if y.slope == 0.0 { 0.0 } else { value * x.value.ln() * y.slope };
-                by_base + by_exponent
-            }
-            Binary::Remainder => x.slope - ((x.value - value) / y.value) * y.slope,
-            // The angle of the point (y, x): its first operand is the ordinate.
-            Binary::ArcTangent => {
-                (x.slope * y.value - x.value * y.slope) / (x.value * x.value + y.value * y.value)
-            }
-            _ => 0.0,
-        };
+        if x.slope == 0.0 && y.slope == 0.0 {
+            return Self::known(value);
+        }
+        let [by_x, by_y] = slopes_of(operator, x.value, y.value, value);
+        // A slope may be undefined in the operand that does not move.
+        let part = |by: f64, slope: f64| if slope == 0.0 { 0.0 } else { by * slope };
+        let slope = part(by_x, x.slope) + part(by_y, y.slope);
         Self { value, slope }
     }
     /// The slope by differences of fourth order along the slopes of the operands.

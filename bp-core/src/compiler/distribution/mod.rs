@@ -28,11 +28,12 @@ mod written_out;
 mod zero;
 
 pub(crate) use affine::{LinearMean, has_square, no_square};
-pub(crate) use compiled::Densities;
+pub(crate) use compiled::{Assigned, Densities, scale_of};
 pub(crate) use contexts::Contexts;
 pub use least::Least;
 pub(crate) use ln_terms::{LnTerms, exact_sum, weights as ln_weights};
 pub use setting::{Instance, Setting};
+pub(crate) use tape::Cells;
 pub(crate) use written_out::{WrittenOut, uses_elements};
 
 use crate::exec::scalar::{Extended, Scalar};

@@ -3,6 +3,11 @@
 //! In: operators on nodes, each of which has a number in every row. Out: a [`Tape`], and the sum of a node over some rows. Invariant:
 //! what depends on no slot is computed when it is recorded, and what is the same in all rows is computed once for all of them.
 
+mod reverse;
+
+pub(crate) use reverse::Cells;
+pub(super) use reverse::Seed;
+
 use crate::law::Arithmetic;
 use crate::operators::{Binary, Mass, OPERANDS, Unary};
 use std::collections::HashMap;
@@ -46,12 +51,14 @@ pub(super) struct Tape {
     steps: Vec<Step>,
     /// Whether a node may differ from row to row.
     varies: Vec<bool>,
+    /// Whether a node depends on a slot with a slope that is not zero everywhere; known once the tape is finished.
+    moves: Vec<bool>,
     known: HashMap<Key, Node>,
 }
 
 impl Tape {
     pub(super) fn new(rows: usize) -> Self {
-        Self { rows, steps: Vec::new(), varies: Vec::new(), known: HashMap::new() }
+        Self { rows, steps: Vec::new(), varies: Vec::new(), moves: Vec::new(), known: HashMap::new() }
     }
 
     fn push(&mut self, step: Step, varies: bool) -> Node {
@@ -140,6 +147,7 @@ impl Tape {
             }
         }
         (self.steps, self.varies, self.known) = (steps, varies, HashMap::new());
+        self.find_moves();
         wanted.iter().map(|node| places[*node]).collect()
     }
 
@@ -170,6 +178,23 @@ impl Tape {
             all &= cells[holds * BLOCK..][..rows.len()].iter().all(|holds| *holds != 0.0);
         }
         (sum, all)
+    }
+
+    /// The numbers of a node in some rows, at these values of slots.
+    pub(super) fn numbers(
+        &self,
+        wanted: Node,
+        rows: &[u32],
+        values: &[f64],
+        cells: &mut Vec<f64>,
+        found: &mut Vec<f64>,
+    ) {
+        found.clear();
+        cells.resize(cells.len().max(self.steps.len() * BLOCK), 0.0);
+        for rows in rows.chunks(BLOCK) {
+            (0..self.steps.len()).for_each(|node| self.compute(node, rows, values, cells));
+            found.extend(&cells[wanted * BLOCK..][..rows.len()]);
+        }
     }
 
     /// Computes a node in at most [`BLOCK`] rows.

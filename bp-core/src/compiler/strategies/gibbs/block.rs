@@ -47,11 +47,12 @@ fn cost(site: &Site) -> usize {
     site.blanket.len() + NODES_OF_A_SUM * (site.clumps.len() + usize::from(site.moves_rest))
 }
 
-/// The blocks among the sites that are drawn by slice sampling.
-pub(super) fn blocks(blankets: &Blankets<'_>) -> Vec<Block> {
+/// The blocks among the sites that are drawn by slice sampling; `others` are drawn otherwise.
+pub(super) fn blocks(blankets: &Blankets<'_>, others: &[usize]) -> Vec<Block> {
     let sites = &blankets.sites;
     let is_sliced = |site: &Site| site.count.is_none() && !site.is_normal;
-    let mut rest: Vec<usize> = (0..sites.len()).filter(|number| is_sliced(&sites[*number])).collect();
+    let mut rest: Vec<usize> =
+        (0..sites.len()).filter(|number| is_sliced(&sites[*number]) && !others.contains(number)).collect();
     // The largest blankets first, so that what many nodes depend on is in the block.
     rest.sort_by_key(|number| std::cmp::Reverse(sites[*number].blanket.len()));
     let mut blocks = Vec::new();

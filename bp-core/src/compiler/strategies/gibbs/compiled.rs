@@ -4,7 +4,7 @@
 //! are not compiled, such as Diracs and hidden finite variables, are named apart.
 
 use super::blanket::{Blankets, Memory, Node, Site};
-use crate::distribution::{Densities, Instance, Setting};
+use crate::distribution::{Cells, Densities, Instance, Setting};
 use crate::ids::Id;
 use crate::model::Form;
 use crate::sample::Observations;
@@ -74,6 +74,18 @@ impl Compiled {
     /// Σ ln of the compiled densities of a blanket; `None` where a number is not valid.
     pub(super) fn ln(&self, terms: &Terms, values: &[f64], cells: &mut Vec<f64>) -> Option<f64> {
         terms.compiled.iter().map(|(group, rows)| self.groups[*group].ln(rows, values, cells)).sum()
+    }
+
+    /// As [`Compiled::ln`]; adds its derivatives by all slots to `slopes`.
+    pub(super) fn slopes(
+        &self,
+        terms: &Terms,
+        values: &[f64],
+        cells: &mut Cells,
+        slopes: &mut [f64],
+    ) -> Option<f64> {
+        let of = |(group, rows): &(usize, Vec<u32>)| self.groups[*group].slopes(rows, values, cells, slopes);
+        terms.compiled.iter().map(of).sum()
     }
 }
 

@@ -5,8 +5,8 @@
 //!
 //! Variables are drawn in turn from their full conditionals (Geman and Geman, *IEEE PAMI* 6:721-741, 1984): a finite
 //! one from P(x | all else); a real whose blanket is normal and linear, rᵢ(x) = rᵢ(0) + cᵢ x with deviation σᵢ, from
-//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; any other real by slice sampling, alone or along the
-//! directions of a block.
+//! the normal law of precision Λ = Σ cᵢ² / σᵢ² and mean −Σ cᵢ rᵢ(0) / σᵢ² / Λ; other reals together along the gradient of their
+//! density, where it has one, else by slice sampling, alone or along the directions of a block.
 
 mod beginning;
 mod blanket;
@@ -15,8 +15,11 @@ mod compiled;
 mod derive;
 mod elimination;
 mod finite_rest;
+mod gradient;
+mod hamiltonian;
 mod integrated;
 mod linear_rest;
+mod metric;
 mod signature;
 mod sites;
 mod slice;
@@ -38,6 +41,9 @@ use crate::strategies::weighting::{Treatment, drawn, instances};
 use crate::strategies::{self, Route, Turn};
 use blanket::{Blankets, Memory, Site};
 use block::{Block, Directions};
+use gradient::{Gradient, gradients};
+use hamiltonian::Hamiltonian;
+use metric::Metric;
 use rayon::prelude::*;
 use slice::Slice;
 
@@ -66,6 +72,12 @@ const ROUNDS: usize = 64;
 const BURN_IN: usize = 5;
 const MOST_BURN_IN: usize = 1000;
 
+/// Directions and metrics are learned after these parts of the burn-in.
+const LEARNED_AFTER: [f64; 7] = [0.016, 0.032, 0.064, 0.125, 0.25, 0.5, 0.75];
+
+/// What is drawn along gradients is also drawn one by one, in one of so many sweeps.
+const ALONE_OF: usize = 8;
+
 /// Chains end when their draws are worth so many independent ones, and this part of the number that is asked for.
 const ENOUGH: usize = 10_000;
 const ENOUGH_OF: usize = 10;
@@ -85,7 +97,9 @@ pub fn gibbs(
 ) -> Result<Draws, Error> {
     let steps = instances(setting, steps)?;
     let blankets = Blankets::new(setting, &steps, observations, integrated, kept)?;
-    let blocks = block::blocks(&blankets);
+    let gradients = gradients(&blankets);
+    let others: Vec<usize> = gradients.iter().flat_map(|gradient| gradient.sites.iter().copied()).collect();
+    let blocks = block::blocks(&blankets, &others);
     let streams = Streams::new(sampling.seed, "gibbs");
     let sweeps = sampling.particles.div_ceil(CHAINS).max(FEWEST_SWEEPS);
     let work = Work::of(CHAINS * sweeps);
@@ -96,9 +110,21 @@ pub fn gibbs(
         blankets.check_tails(&mut values, &mut memory)?;
         let slices = blankets.sites.iter().map(|_| Slice::default()).collect();
         let directions = vec![Directions::default(); blocks.len()];
-        let (blankets, blocks) = (&blankets, &blocks);
+        let hamiltonians = vec![Hamiltonian::default(); gradients.len()];
+        let (blankets, blocks, gradients) = (&blankets, &blocks, &gradients);
         let draws = Vec::new();
-        Ok(Chain { blankets, blocks, values, slices, directions, memory, random, draws })
+        Ok(Chain {
+            blankets,
+            blocks,
+            gradients,
+            values,
+            slices,
+            directions,
+            hamiltonians,
+            memory,
+            random,
+            draws,
+        })
     };
     let mut chains: Vec<Chain<'_>> = (0..CHAINS).into_par_iter().map(chain).collect::<Result<_, Error>>()?;
     let burn_in = (sweeps / BURN_IN).min(MOST_BURN_IN);
@@ -107,8 +133,11 @@ pub fn gibbs(
     let mut look = burn_in + enough / CHAINS;
     // In rounds, so that chains that are interrupted have nearly the same length.
     let round = sweeps.div_ceil(ROUNDS);
-    for first in (0..sweeps).step_by(round) {
-        let after = (first + round).min(sweeps);
+    let learned_after = LEARNED_AFTER.map(|part| (part * burn_in as f64) as usize);
+    let mut first = 0;
+    while first < sweeps {
+        let ends = [first + round, burn_in, sweeps].into_iter().chain(learned_after);
+        let after = ends.filter(|end| *end > first).min().unwrap_or(sweeps);
         let swept = chains.par_iter_mut().map(|chain| {
             for sweep in first..after {
                 if !work.goes_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
@@ -116,19 +145,17 @@ pub fn gibbs(
                 }
                 if sweep == burn_in {
                     chain.draws.clear();
+                    chain.hamiltonians.iter_mut().for_each(Hamiltonian::settle);
                 }
-                chain.sweep(sweep < burn_in, kept)?;
+                chain.sweep(sweep, sweep < burn_in, kept)?;
             }
             Ok(())
         });
         swept.collect::<Result<(), Error>>()?;
-        if after < burn_in {
-            for (number, block) in blocks.iter().enumerate() {
-                let mut of_chains: Vec<&mut Directions> =
-                    chains.iter_mut().map(|chain| &mut chain.directions[number]).collect();
-                block::learn(&mut of_chains, block);
-            }
+        if learned_after.contains(&after) {
+            learn(&mut chains, &blocks, &gradients);
         }
+        first = after;
         if progress::is_stopped() && chains[0].draws.len() >= FEWEST_DRAWS * kept.len() {
             break;
         }
@@ -149,6 +176,20 @@ pub fn gibbs(
     Ok(last_draws(&chains, kept.len(), length))
 }
 
+/// Learns the directions of blocks, and the metrics of what is drawn along gradients, from the draws of all chains.
+fn learn(chains: &mut [Chain<'_>], blocks: &[Block], gradients: &[Gradient]) {
+    for (number, block) in blocks.iter().enumerate() {
+        let mut of_chains: Vec<&mut Directions> =
+            chains.iter_mut().map(|chain| &mut chain.directions[number]).collect();
+        block::learn(&mut of_chains, block);
+    }
+    for (number, gradient) in gradients.iter().enumerate() {
+        let of_chains: Vec<&Hamiltonian> = chains.iter().map(|chain| &chain.hamiltonians[number]).collect();
+        let Some(metric) = Metric::learn(&of_chains, gradient.dimensions()) else { continue };
+        chains.iter_mut().for_each(|chain| chain.hamiltonians[number].take(metric.clone()));
+    }
+}
+
 /// The last draws of all chains, so many of each.
 fn last_draws(chains: &[Chain<'_>], kept: usize, length: usize) -> Draws {
     let shortest = chains.iter().map(|chain| chain.draws.len()).min().unwrap_or(0);
@@ -160,10 +201,13 @@ fn last_draws(chains: &[Chain<'_>], kept: usize, length: usize) -> Draws {
 struct Chain<'b> {
     blankets: &'b Blankets<'b>,
     blocks: &'b [Block],
+    gradients: &'b [Gradient],
     values: Vec<f64>,
     slices: Vec<Slice>,
     /// Those of each block.
     directions: Vec<Directions>,
+    /// The samplers along each gradient.
+    hamiltonians: Vec<Hamiltonian>,
     memory: Memory,
     random: Random,
     /// The kept slots of each sweep, of the burn-in only while it lasts.
@@ -171,12 +215,16 @@ struct Chain<'b> {
 }
 
 impl Chain<'_> {
-    /// Draws each site once, each block along its directions, and all that is kept.
-    fn sweep(&mut self, burns_in: bool, kept: &[usize]) -> Result<(), Error> {
+    /// Draws each site once, each block along its directions or gradient, and all that is kept.
+    fn sweep(&mut self, sweep: usize, burns_in: bool, kept: &[usize]) -> Result<(), Error> {
         let mut alone = vec![true; self.blankets.sites.len()];
         for (block, directions) in self.blocks.iter().zip(&self.directions) {
             let is_alone = directions.is_empty() || !block.is_complete();
             block.sites.iter().for_each(|site| alone[*site] = is_alone);
+        }
+        for (gradient, hamiltonian) in self.gradients.iter().zip(&self.hamiltonians) {
+            let is_alone = hamiltonian.metric.is_none() || sweep % ALONE_OF == 0;
+            gradient.sites.iter().for_each(|site| alone[*site] = is_alone);
         }
         for site in (0..alone.len()).filter(|site| alone[*site]) {
             self.renew(site, burns_in)?;
@@ -187,6 +235,10 @@ impl Chain<'_> {
             if burns_in {
                 directions.remember(block, self.blankets, &self.values);
             }
+        }
+        for (gradient, hamiltonian) in self.gradients.iter().zip(&mut self.hamiltonians) {
+            let state = (self.blankets, self.values.as_mut_slice());
+            hamiltonian.draw(gradient, state, &mut self.random, burns_in);
         }
         self.blankets.complete(&mut self.values, &mut self.memory, &mut self.random)?;
         self.draws.extend(kept.iter().map(|slot| self.values[*slot]));
