@@ -7,6 +7,7 @@ use crate::support::{model_of, question};
 use bp_core::compiler::answer::{Answer, Figure, ask};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
+use bp_core::prelude::Program;
 
 fn tried(program: &str, text: &str) -> Result<Answer, Error> {
     let model = model_of(program);
@@ -31,7 +32,7 @@ fn density(answer: &Answer, expected: f64) {
     near(answer, &[expected]);
 }
 
-const FINITE_AND_REAL: &str = "program P { variables { X : 0..=2; Y, W : real; K : bool; }
+const FINITE_AND_REAL: &str = "program Values { variables { X : 0..=2; Y, W : real; K : bool; }
     decomposition { P(X) P(K) P(W) P(Y | X W K) }
     forms { P(X) = categorical(0.2, 0.3, 0.5); P(K) = bernoulli(0.4); P(W) = normal(0, 1);
             P(Y | X W K) = normal(W + X + if K { 2 } else { 0 }, 1); } }";
@@ -83,7 +84,7 @@ fn conjugate_posteriors_have_densities_at_values() {
 
 #[test]
 fn precisions_have_densities_at_values() {
-    let precision = "program P { variables { Tau, M, Y : real; } decomposition { P(Tau) P(M | Tau) P(Y | M Tau) }
+    let precision = "program Values { variables { Tau, M, Y : real; } decomposition { P(Tau) P(M | Tau) P(Y | M Tau) }
         forms { P(Tau) = gamma(2, 3); P(M | Tau) = normal(0, 2 / sqrt(Tau)); P(Y | M Tau) = normal(M, 1 / sqrt(Tau)); } }";
     // gamma(2.5, 3.4) at 1, and the integral of gamma(2.5, 3.4) N(1; 1.6, √(0.8 / τ)).
     density(&asked(precision, "P(Tau = 1 | Y = 2)"), 0.535_130_684_716_259_4);
@@ -146,4 +147,33 @@ fn masses_of_bins_at_decimal_edges() {
     assert_eq!(found.answer[2].figure.number(), Some(0.0));
     // ln Y is far above ln 10: the density of Y rises as Y to the power of 10¹⁷.
     near(&asked(edges, "P(Y)"), &[0.0, 0.0, 0.0, 0.0, 1.0]);
+}
+
+/// 3 · 0.1 · 10 − 5 is −2 up to rounding: of the truncated normal laws that begin at −4, −3 and −2, with masses Φ(5) − Φ(low), the
+/// density at −2 is φ(2) over the mass.
+#[test]
+fn bounds_are_rounded_by_draws_too() {
+    let text = "program Bounds { variables { J : 1..=3; Y : real; } decomposition { P(J) P(Y | J) }
+        forms { P(J) = uniform; P(Y | J) = truncated(normal(0, 1), J * 0.1 * 10 - 5, 5); } }";
+    let program = Program::parse(text).unwrap().by("weighting").unwrap().draws(20_000);
+    let found = program.ask("P(J | Y = -2)").unwrap();
+    // Φ(4), Φ(3) and Φ(2) (tables), less 1 − Φ(5) = 2.9e-7.
+    let masses = [0.9999683287581669, 0.9986501019683699, 0.9772498680518208].map(|p: f64| p - 2.867e-7);
+    let total: f64 = masses.iter().map(|mass| 1.0 / mass).sum();
+    for (j, mass) in masses.iter().enumerate() {
+        let [p, error] = found.p_and_error(j as i64 + 1).unwrap();
+        let expected = 1.0 / mass / total;
+        assert!((p - expected).abs() < 5.0 * error, "{j}: {p} ± {error}, expected {expected}");
+    }
+}
+
+/// W is 1 or 5; with T its density is one of T alone.
+#[test]
+fn a_determined_real_at_a_value_beside_others_is_refused() {
+    let text = "program Determined { variables { K : bool; W, T, Y : real; }
+        decomposition { P(K) P(W | K) P(T | W) P(Y | T) }
+        forms { P(K) = bernoulli(0.3); P(W | K) = dirac(if K { 5 } else { 1 }); P(T | W) = normal(W, 0.5);
+                P(Y | T) = normal(T, 1); } }";
+    let error = Program::parse(text).unwrap().ask("P(T = 4, W = 5 | Y = 1)").unwrap_err().to_string();
+    assert!(error.contains("`W` is determined by other variables: ask for `P(W == …)`"), "{error}");
 }

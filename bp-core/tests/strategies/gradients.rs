@@ -73,7 +73,7 @@ fn item_responses_of_two_parameters() {
         .column("item", pairs().map(|(_, item)| item))
         .column("Right", right);
     let program = Program::parse(text).unwrap_or_else(|error| panic!("{error}")).rows(rows).unwrap();
-    let posterior = program.draws(4000).ask("posterior").unwrap_or_else(|error| panic!("{error}"));
+    let posterior = program.draws(6000).ask("posterior").unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((posterior.strategy().name(), posterior.warning()), ("gibbs", None));
     for (name, [expected, error_of_expected, deviation]) in REFERENCE {
         let own = posterior.of(name).unwrap();

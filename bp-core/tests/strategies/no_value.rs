@@ -137,7 +137,7 @@ fn a_range_holds_numbers_that_are_whole_up_to_rounding() {
     near(&figures(&found[0]), &[0.5, 0.0, 0.5, 0.0], 1e-12);
 }
 
-/// S counts up from 0..=3, uniform at first, and Z tells it: P(z) = ¼ Σ (0.1 + 0.2 s) over the starts that have a value after one
+/// S counts up from 0..=3, uniform at first, and Z is observed: P(z) = ¼ Σ (0.1 + 0.2 s) over the starts that have a value after one
 /// step (1 to 3), or after two (2 and 3 at the second instant).
 #[test]
 fn a_prediction_counts_that_there_are_values() {

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::{bernoulli, dirac, mixture, normal_bins, truncated, uniform};
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Law, Numbers, Wide};
+use crate::law::{Law, Numbers, Support, Wide};
 use crate::model::{Domain, Form, VariableUse};
 use crate::radix;
 
@@ -211,6 +211,10 @@ impl Evaluation<'_> {
                         Distribution::finite(law::shares(inside))
                     }
                     (_, Distribution::Law(law, parameters)) => {
+                        // A bound that is a count up to rounding is this count.
+                        let is_count = law.support() == Support::Counts;
+                        let whole = |bound| if is_count { dirac::whole(&mut Numbers, bound) } else { bound };
+                        let bounds = bounds.map(whole);
                         let mass = law::mass(law, bounds, law::exactly(law, &parameters));
                         Distribution::Truncated { law, parameters, bounds, mass }
                     }

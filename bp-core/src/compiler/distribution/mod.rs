@@ -39,7 +39,7 @@ pub(crate) use written_out::{WrittenOut, uses_elements};
 use crate::exec::scalar::{Extended, Scalar};
 use crate::forms::dirac;
 pub(crate) use crate::law::ROUNDING;
-use crate::law::{Law, Numbers, Parameters, Share};
+use crate::law::{Arithmetic as _, Law, Numbers, Parameters, Share};
 use rand::Rng;
 use rand::RngExt;
 
@@ -94,7 +94,7 @@ impl Distribution {
             }
             Distribution::Law(law, parameters) => law::ln_density(*law, value, parameters),
             Distribution::Truncated { law, parameters, bounds: [low, high], mass } => {
-                let inside = *low <= value && value <= *high && *mass > Extended::ZERO;
+                let inside = Numbers.lies_between(value, [*low, *high]) != 0.0 && *mass > Extended::ZERO;
                 let ln_mass = || mass.natural_logarithm().to_f64();
                 if inside { law::ln_density(*law, value, parameters) - ln_mass() } else { f64::NEG_INFINITY }
             }

@@ -361,9 +361,7 @@ impl Kernel {
 
     /// The buffers that the host gives, in order.
     pub fn inputs(&self) -> impl Iterator<Item = (BufferId, &Buffer)> {
-        let is_given = |role: &Role| {
-            matches!(role, Role::Input { .. } | Role::Table { key: Some(_), .. } | Role::Positions(..))
-        };
+        let is_given = |role: &Role| role.input().is_some() || matches!(role, Role::Positions(..));
         self.buffers.iter().filter(move |(_, buffer)| is_given(&buffer.role))
     }
 

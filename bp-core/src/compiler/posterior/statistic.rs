@@ -79,6 +79,17 @@ pub(crate) fn refused_values(model: &Model, ask: &Ask) -> Option<String> {
             "`{word}` of `{name}` at one value is not computed: ask for `{word} P({name} | …)`"
         ));
     }
+    let is_real = |id: &VariableId| !model.variables[*id].domain.is_finite();
+    let reals =
+        ask.searched.iter().map(|item| item.variable).chain(ask.known.iter().map(|known| known.variable));
+    let is_determined = |id: &VariableId| {
+        is_real(id) && model.factor_of(*id).is_some_and(|factor| model.factors[factor].form.has_point())
+    };
+    let determined = ask.searched.iter().filter(is_at).map(|item| item.variable).find(is_determined);
+    if let Some(determined) = determined.filter(|_| reals.filter(is_real).count() > 1) {
+        let name = model.variable_name(determined);
+        return Some(format!("`{name}` is determined by other variables: ask for `P({name} == …)`"));
+    }
     let open = ask.searched.iter().find(|item| !is_at(item))?;
     let open = model.variable_name(open.variable);
     Some(format!(

@@ -11,6 +11,9 @@ use crate::model::{Expression, Form, Leaves, LinearForm, Model};
 use crate::operators::{Binary, Unary};
 use std::collections::BTreeSet;
 
+/// From here on whole numbers are not all numbers of f64.
+const WHOLE: f64 = 9_007_199_254_740_992.0;
+
 /// One number: a variable, the bits of its index in its family, and those of its component.
 type Number = (VariableId, Option<u64>, Option<u64>);
 
@@ -117,7 +120,8 @@ pub(crate) fn by_counts(
 ) -> [f64; 2] {
     let leaves = leaves(model, root, leaves_of);
     let holds = |count: f64| {
-        let rounding = ROUNDING * (scale * count).abs().max(shift.abs());
+        // Neighbouring counts differ.
+        let rounding = (ROUNDING * (scale * count).abs().max(shift.abs())).min(0.25 * scale.abs());
         usize::from(holds(model, root, &leaves, (scale * count + shift, rounding)))
     };
     // A number that is a count up to rounding is this count.
@@ -127,11 +131,22 @@ pub(crate) fn by_counts(
         true => edge.round(),
         false => edge,
     };
-    let edges = leaves.iter().filter_map(Leaf::edge).map(|edge| whole((edge - shift) / scale));
+    let edges: Vec<f64> =
+        leaves.iter().filter_map(Leaf::edge).map(|edge| whole((edge - shift) / scale)).collect();
+    // Beyond 2⁵³ numbers are no single counts, whose probabilities are below 1e-8 there.
+    if edges.iter().any(|edge| edge.is_finite() && *edge >= WHOLE) {
+        let of_count = |edge: f64| (edge - shift) / scale;
+        let between = |low: f64, high: f64| {
+            let (low, high) = (of_count(low), of_count(high));
+            mass(low.min(high), low.max(high))
+        };
+        return by_intervals(model, root, &between, leaves_of);
+    }
     // Between these counts the predicate does not change.
     let mut first: Vec<f64> = vec![0.0];
     first.extend(
         edges
+            .into_iter()
             .filter(|edge| *edge >= 0.0 && edge.is_finite())
             .flat_map(|edge| [edge.ceil(), edge.floor() + 1.0]),
     );
