@@ -22,7 +22,7 @@ fn asked(program: &str, text: &str) -> Answer {
 fn near(answer: &Answer, expected: &[f64]) {
     let found: Vec<f64> = answer.answer.iter().map(|row| row.figure.number().unwrap()).collect();
     assert_eq!(found.len(), expected.len(), "{}: {found:?}", answer.question);
-    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= 1e-12 * q.abs().max(1e-3));
+    let all = found.iter().zip(expected).all(|(p, q)| (p - q).abs() <= 1e-11 * q.abs().max(1e-3));
     assert!(all, "{}: {found:?}, expected {expected:?}", answer.question);
 }
 
@@ -167,7 +167,7 @@ fn bounds_are_rounded_by_draws_too() {
     }
 }
 
-/// W is 1 or 5; with T its density is one of T alone.
+/// W is 1 or 5: no density of W and T together is stated where Y is known.
 #[test]
 fn a_determined_real_at_a_value_beside_others_is_refused() {
     let text = "program Determined { variables { K : bool; W, T, Y : real; }
@@ -175,5 +175,5 @@ fn a_determined_real_at_a_value_beside_others_is_refused() {
         forms { P(K) = bernoulli(0.3); P(W | K) = dirac(if K { 5 } else { 1 }); P(T | W) = normal(W, 0.5);
                 P(Y | T) = normal(T, 1); } }";
     let error = Program::parse(text).unwrap().ask("P(T = 4, W = 5 | Y = 1)").unwrap_err().to_string();
-    assert!(error.contains("`W` is determined by other variables: ask for `P(W == …)`"), "{error}");
+    assert!(error.contains("has no exact answer"), "{error}");
 }

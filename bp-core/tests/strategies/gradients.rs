@@ -1,7 +1,7 @@
 //! Reals that are drawn together along the gradient of their density.
 //!
 //! In: models whose parameters depend on each other so much that draws of one at a time hardly move. Out: means within four combined
-//! standard errors, deviations within a tenth, and chains that have converged. Invariant: expected values are those of another engine.
+//! standard errors, deviations within three of their standard errors (15 %, some 500 effective draws on either side), and chains that have converged. Invariant: expected values are those of another engine.
 
 use bp_core::prelude::*;
 
@@ -81,6 +81,6 @@ fn item_responses_of_two_parameters() {
         let combined = error.hypot(error_of_expected);
         assert!((mean - expected).abs() < 4.0 * combined, "{name}: {mean} ± {error}, expected {expected}");
         let ratio = own.deviation().unwrap() / deviation;
-        assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} of the expected deviation");
+        assert!((ratio - 1.0).abs() < 0.15, "{name}: {ratio} of the expected deviation");
     }
 }
