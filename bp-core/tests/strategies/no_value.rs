@@ -152,7 +152,7 @@ fn a_prediction_counts_that_there_are_values() {
         answers[0].ln_evidence.unwrap()
     };
     let [one, two] = [(0.3 + 0.5 + 0.7) / 4.0, (0.3 + 0.5) / 4.0].map(f64::ln);
-    assert!((ln("filter P(S | Z)", &[seen.clone()]) - one).abs() < 1e-12);
-    assert!((ln("predict(1) P(S | Z)", &[seen.clone()]) - two).abs() < 1e-12);
+    assert!((ln("filter P(S | Z)", std::slice::from_ref(&seen)) - one).abs() < 1e-12);
+    assert!((ln("predict(1) P(S | Z)", std::slice::from_ref(&seen)) - two).abs() < 1e-12);
     assert!((ln("filter P(S | Z)", &[seen, Vec::new()]) - two).abs() < 1e-12);
 }

@@ -25,7 +25,7 @@ pub struct Turn {
 
 impl Turn {
     /// The matrix.
-    pub(super) fn to_map(&self) -> Matrix {
+    pub(super) fn to_map(self) -> Matrix {
         rotation::matrix(self.to_map)
     }
 }

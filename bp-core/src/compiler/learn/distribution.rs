@@ -4,7 +4,7 @@
 //! share all their numbers are the same, in any family: so elements of a family of variables and of a plate share their
 //! cases; a learned number belongs to one distribution, except those of normal distributions.
 
-use super::kind::{At, Found, INSTEAD};
+use super::kind::{At, Found, INSTEAD, Places};
 use super::parametric::MOST_CONTEXTS;
 use super::program::{Family, Program};
 use super::statistics::Statistic;
@@ -262,11 +262,7 @@ impl Finder<'_> {
     }
 
     /// The position of the distribution, and the places of the values in its row.
-    fn find(
-        &mut self,
-        family: &Family,
-        values: &[f64],
-    ) -> Result<Option<(usize, Vec<Option<usize>>)>, Error> {
+    fn find(&mut self, family: &Family, values: &[f64]) -> Result<Option<(usize, Places)>, Error> {
         let (program, setting) = (self.program, &self.setting);
         let at = At { program, setting, instance: &family.instance, values };
         let Some(Found { kind, unknown, places }) = at.kind()? else { return Ok(None) };

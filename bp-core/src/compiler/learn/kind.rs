@@ -39,13 +39,16 @@ enum Read {
 pub(super) const INSTEAD: &str =
     "declare it as a variable with a prior, and ask for its posterior: `bp ask FILE 'P(…)' --rows data.csv`";
 
+/// For each value of a row, its place among the shares; none where its probability is 0.
+pub(super) type Places = Vec<Option<usize>>;
+
 /// A kind of distribution.
 pub(super) struct Found {
     pub(super) kind: Kind,
     /// Its `unknown` form.
     pub(super) unknown: Option<usize>,
-    /// Of a row, for each value its place among the shares; none where its probability is 0. Empty of other kinds.
-    pub(super) places: Vec<Option<usize>>,
+    /// Of a row; empty of other kinds.
+    pub(super) places: Places,
 }
 
 impl Found {

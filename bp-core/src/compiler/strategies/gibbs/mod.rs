@@ -223,7 +223,7 @@ impl Chain<'_> {
             block.sites.iter().for_each(|site| alone[*site] = is_alone);
         }
         for (gradient, hamiltonian) in self.gradients.iter().zip(&self.hamiltonians) {
-            let is_alone = hamiltonian.metric.is_none() || sweep % ALONE_OF == 0;
+            let is_alone = hamiltonian.metric.is_none() || sweep.is_multiple_of(ALONE_OF);
             gradient.sites.iter().for_each(|site| alone[*site] = is_alone);
         }
         for site in (0..alone.len()).filter(|site| alone[*site]) {

@@ -30,7 +30,7 @@ enum State<'m> {
     Chain { chain: Box<Chain<'m>>, searched: Vec<usize>, last: Option<Product> },
     Gaussian(Box<Filter>),
     Extended(Box<Extended<'m>>),
-    Particles { moves: Box<Moves<'m>>, linear: Vec<usize>, kept: Vec<usize>, cloud: Cloud },
+    Particles { moves: Box<Moves<'m>>, linear: Vec<usize>, kept: Vec<usize>, cloud: Box<Cloud> },
 }
 
 impl<'m> Follower<'m> {
@@ -55,7 +55,7 @@ impl<'m> Follower<'m> {
                 let moves = Box::new(Moves::new(&setting, route.ask(), &route.carried, linear, sampling)?);
                 let (linear, kept): (Vec<usize>, Vec<usize>) =
                     searched.into_iter().partition(|slot| linear.contains(&setting.variable_of(*slot)));
-                let cloud = moves.begin()?;
+                let cloud = Box::new(moves.begin()?);
                 State::Particles { moves, linear, kept, cloud }
             }
         };
