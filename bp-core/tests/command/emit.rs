@@ -44,6 +44,13 @@ fn a_shader_for_known_sizes_does_not_read_them() {
 }
 
 #[test]
+fn values_that_several_nests_need_are_computed_once() {
+    // The standard deviation of a ray: the bounds of the bins, their masses and the last state of a scan depend on it.
+    let rust = emit(0, "line_of_sight.bp", &[]);
+    assert_eq!(rust.matches("is_below_infinity").count(), 1, "{rust}");
+}
+
+#[test]
 fn a_size_that_leaves_no_values_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("few.bp");

@@ -104,7 +104,7 @@ fn the_filter_is_answered_after_each_row() {
     }
     assert_eq!((found.len(), &rows[2]["values"]["t"]), (4, &Value::from("2")), "{answer}");
     let refused = ask("soon").unwrap_err();
-    assert!(refused.contains("`filter` alone is answered after each instant"), "{refused}");
+    assert!(refused.contains("only `filter` is answered after each row"), "{refused}");
 }
 
 #[test]

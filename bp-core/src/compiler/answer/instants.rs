@@ -45,9 +45,9 @@ pub(super) fn after_each(model: &Model, ask: &Ask) -> Result<(), Error> {
     match ask.when == When::Filter && !matches!(ask.statistic, Statistic::Divergence { .. }) {
         true => Ok(()),
         false => {
-            let reason =
-                "`filter` alone is answered after each instant; `smooth` and `sequence` answer each anyway";
-            Err(Error::Unplanned { question: model.ask_text(ask), reason: reason.to_owned() })
+            let message = "of the questions over time, only `filter` is answered after each row; `smooth` and `sequence` \
+                           answer for every row anyway";
+            Err(Error::input(model.ask_text(ask), message))
         }
     }
 }

@@ -14,6 +14,7 @@ mod door;
 mod filter;
 mod fused;
 mod given;
+mod hoist;
 mod instant;
 mod interface;
 pub mod javascript;

@@ -23,13 +23,16 @@ pub(super) struct Nests<'k> {
     pub(super) group: &'k Group,
     /// Depth at which each value of the nest at hand is computed.
     pub(super) depth: Vec<usize>,
+    /// Values that a block computes before its nests, because several of them need these.
+    pub(super) hoisted: BTreeSet<ValueId>,
     /// Whether products are plain multiplications ([`crate::equation::Mark::Linear`]).
     pub(super) is_linear: bool,
 }
 
 impl<'k> Nests<'k> {
     pub(super) fn new(kernel: &'k Kernel, schedule: &'k Schedule, group: &'k Group, is_linear: bool) -> Self {
-        Self { kernel, schedule, group, depth: vec![0; kernel.nodes.len()], is_linear }
+        let (depth, hoisted) = (vec![0; kernel.nodes.len()], BTreeSet::new());
+        Self { kernel, schedule, group, depth, hoisted, is_linear }
     }
 
     /// A group that is executed once.
@@ -57,6 +60,7 @@ impl<'k> Nests<'k> {
         // Arrays passed between nests block by block must stay in the first cache.
         let is_kept = found.iter().any(|item| matches!(item, Item::Alone(_)));
         let is_short = is_kept && self.kernel.parallel.len() == 1;
+        items.extend(self.hoist(&found, &mut rooms).map(Statement::Scope));
         for item in found {
             items.push(Statement::Scope(match &item {
                 Item::Alone(nest) => self.nest(nest, shared),
@@ -134,6 +138,7 @@ impl<'k> Nests<'k> {
     }
 
     fn nest(&mut self, loops: &Loops, shared: &[BufferId]) -> Vec<Statement> {
+        let loops = &self.without_hoisted(loops);
         for (depth, level) in loops.levels.iter().enumerate() {
             level.iter().for_each(|value| self.depth[value.position()] = depth);
         }
@@ -247,8 +252,27 @@ impl<'k> Nests<'k> {
 
     /// The values of one depth, and their use lane by lane.
     fn level(&self, loops: &Loops, depth: usize, actions: Vec<Statement>) -> Vec<Statement> {
-        let mut made = Vec::new();
         let values = &loops.levels[depth];
+        let kept = self.computed(values).into_iter().filter(|value| self.used_deeper(loops, *value, depth));
+        let kept: BTreeSet<ValueId> = kept.collect();
+        let mut made = self.fetches(values);
+        made.extend(kept.iter().map(|value| Statement::Block(Of::Kept(*value).into())));
+        made.extend(self.lanes(values, depth, &kept, actions));
+        made
+    }
+
+    /// The values that are computed lane by lane, in their order.
+    fn computed(&self, values: &[ValueId]) -> Vec<ValueId> {
+        let is_computed =
+            |value: &&ValueId| self.varies(**value) && (!self.is_fetched(**value) || self.is_merged(**value));
+        let mut computed: Vec<ValueId> = values.iter().filter(is_computed).copied().collect();
+        computed.sort();
+        computed
+    }
+
+    /// The values that are the same in all lanes, and the lanes that are fetched.
+    pub(super) fn fetches(&self, values: &[ValueId]) -> Vec<Statement> {
+        let mut made = Vec::new();
         for value in values.iter().filter(|value| !self.varies(**value)) {
             made.extend(self.settled(*value));
             if self.group.parallel {
@@ -260,27 +284,19 @@ impl<'k> Nests<'k> {
             let lanes = self.lanes_at(load.value, load.buffer);
             made.push(Statement::Let(Of::Fetched(load.value).into(), Type::Lanes, lanes));
         }
-        let computed: Vec<ValueId> =
-            values.iter().copied().filter(|value| self.varies(*value) && !self.is_fetched(*value)).collect();
-        let merged: Vec<ValueId> = values
-            .iter()
-            .copied()
-            .filter(|value| self.is_fetched(*value) && self.is_merged(*value))
-            .collect();
-        if computed.is_empty() && actions.is_empty() && merged.is_empty() {
-            return made;
-        }
-        let kept: Vec<ValueId> = computed
-            .iter()
-            .chain(&merged)
-            .copied()
-            .filter(|value| self.used_deeper(loops, *value, depth))
-            .collect();
-        made.extend(kept.iter().map(|value| Statement::Block(Of::Kept(*value).into())));
-        let mut here: Vec<ValueId> = computed.iter().chain(&merged).copied().collect();
-        here.sort();
+        made
+    }
+
+    /// The loop over lanes that computes values, keeps some of them, and uses them.
+    pub(super) fn lanes(
+        &self,
+        values: &[ValueId],
+        depth: usize,
+        kept: &BTreeSet<ValueId>,
+        actions: Vec<Statement>,
+    ) -> Option<Statement> {
         let mut body = Vec::new();
-        for value in here {
+        for value in self.computed(values) {
             body.push(Statement::Let(Of::Lane(value).into(), Type::Lane, self.lane(value, depth)));
             if kept.contains(&value) {
                 body.push(Statement::Set(lane(Of::Kept(value)), Of::Lane(value).into()));
@@ -291,8 +307,8 @@ impl<'k> Nests<'k> {
         let mut fetched = false;
         let mut look = |name: Local| fetched |= matches!(name.of, Of::Fetched(_));
         body.iter().for_each(|statement| statement.names(&mut look));
-        made.push(Statement::ForLanes(if fetched { Lanes::Width } else { Lanes::Filled }, body));
-        made
+        let lanes = if fetched { Lanes::Width } else { Lanes::Filled };
+        (!body.is_empty()).then_some(Statement::ForLanes(lanes, body))
     }
 
     fn used_deeper(&self, loops: &Loops, value: ValueId, depth: usize) -> bool {
@@ -312,7 +328,7 @@ impl<'k> Nests<'k> {
         if self.is_fetched(value) && !self.is_merged(value) {
             return lane(Of::Fetched(value));
         }
-        let is_here = self.depth[value.position()] == depth;
+        let is_here = self.depth[value.position()] == depth && !self.hoisted.contains(&value);
         if is_here { Of::Lane(value).into() } else { lane(Of::Kept(value)) }
     }
 }

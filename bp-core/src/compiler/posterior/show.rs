@@ -74,7 +74,10 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
 fn write_end(answer: &Answer, out: &mut impl Write) -> fmt::Result {
     let knows = answer.question.contains('|');
     if let Some(ln_evidence) = answer.ln_evidence.filter(|_| knows) {
-        let error = answer.estimate.as_ref().and_then(|estimate| estimate.ln_evidence_error);
+        let error = answer
+            .estimate
+            .as_ref()
+            .and_then(|estimate| estimate.ln_evidence_error.filter(|error| *error > 0.0));
         let error = error.map_or_else(String::new, |error| format!(" ± {}", two_digits(error)));
         writeln!(out, "\n  ln P(evidence) = {}{error}", six_digits(ln_evidence))?;
     }

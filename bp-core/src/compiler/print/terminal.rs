@@ -95,11 +95,11 @@ pub(super) fn broken(line: &Line, width: usize) -> Vec<String> {
             lines.push(std::mem::replace(&mut current, hang.clone()));
             empty = true;
         }
-        // A piece that no line holds is broken at its blanks, or where the line ends.
+        // A piece that no line holds is broken at its least nested blank, or where the line ends.
         while columns(&current) + 1 + columns(&piece) > width && columns(&piece) > 8 {
             let room = width.saturating_sub(columns(&current)).max(8);
             let fits: String = piece.chars().take(room).collect();
-            let cut = fits.rfind(' ').map_or(fits.len(), |blank| blank + 1);
+            let cut = least_nested(&fits).map_or(fits.len(), |blank| blank + 1);
             if piece.len() <= cut {
                 break;
             }
@@ -115,6 +115,20 @@ pub(super) fn broken(line: &Line, width: usize) -> Vec<String> {
     }
     lines.push(current);
     lines
+}
+
+/// The last of the blanks within the fewest brackets.
+fn least_nested(text: &str) -> Option<usize> {
+    let (mut depth, mut best) = (0_usize, None);
+    for (at, letter) in text.char_indices() {
+        match letter {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            ' ' if best.is_none_or(|(fewest, _)| depth <= fewest) => best = Some((depth, at)),
+            _ => {}
+        }
+    }
+    best.map(|(_, at)| at)
 }
 
 /// The pieces of a line, between which it can be broken: not within `P(…)` or the brackets of a call.

@@ -4,7 +4,9 @@
 
 use super::{Line, text};
 use crate::equation::Notation;
-use crate::syntax::ast::{Bound, Declared, Domain, DomainKind, Program, Range, SectionKind, Sign, Space};
+use crate::syntax::ast::{
+    Bound, Declared, Domain, DomainKind, Program, Range, Section, SectionKind, Sign, Space,
+};
 
 /// The declarations, and the set of a plate.
 pub(super) fn variables(program: &Program, notation: Notation) -> Vec<Line> {
@@ -18,7 +20,8 @@ pub(super) fn variables(program: &Program, notation: Notation) -> Vec<Line> {
     for section in &program.sections {
         let SectionKind::Variables(declarations) = &section.kind else { continue };
         for declaration in declarations {
-            let names: Vec<_> = declaration.variables.iter().map(|one| declared(one, notation)).collect();
+            let each = declaration.variables.iter().flat_map(|one| with_before(program, one));
+            let names: Vec<_> = each.map(|one| declared(&one, notation)).collect();
             let domain = domain(&declaration.domain, notation);
             lines.push(Line::new(0, notation.relation(&names.join(comma), "∈", &domain)));
         }
@@ -36,8 +39,29 @@ pub(super) fn names(program: &Program, notation: Notation) -> Vec<String> {
         _ => None,
     });
     let each = declared.flatten().flat_map(|declaration| &declaration.variables);
+    let each = each.flat_map(|one| with_before(program, one));
     each.map(|one| notation.typeset(&format!("{}{}", one.name, if one.before { "^-1" } else { "" })))
         .collect()
+}
+
+/// A variable, and the same variable at the previous instant if factors name it and no declaration does.
+fn with_before(program: &Program, one: &Declared) -> Vec<Declared> {
+    let mut both = vec![one.clone()];
+    let is_declared = |section: &Section| match &section.kind {
+        SectionKind::Variables(declarations) => declarations
+            .iter()
+            .flat_map(|declaration| &declaration.variables)
+            .any(|other| other.before && other.name.text == one.name.text),
+        _ => false,
+    };
+    let is_named = super::factors(program).into_iter().any(|factor| {
+        let mut names = factor.left.iter().chain(&factor.right);
+        names.any(|used| used.before && used.name.text == one.name.text)
+    });
+    if is_named && !one.before && !program.sections.iter().any(is_declared) {
+        both.push(Declared { before: true, ..one.clone() });
+    }
+    both
 }
 
 /// A comma after which a line may be broken.

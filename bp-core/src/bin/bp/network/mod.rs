@@ -214,9 +214,17 @@ const COMMAND_LINE: &str = "the command line";
 
 /// The text on the command line, or in a file.
 fn written_or_read(written: &str) -> Result<Source, Failure> {
-    match written.trim_start().starts_with(['{', '[', '"']) {
-        true => Ok(Source::new(COMMAND_LINE, written)),
-        false => program::read(Path::new(written)),
+    if written.trim_start().starts_with(['{', '[', '"']) {
+        return Ok(Source::new(COMMAND_LINE, written));
+    }
+    let path = Path::new(written);
+    match written.split_once('=') {
+        Some((name, value)) if !path.exists() => {
+            let value = serde_json::from_str(value).unwrap_or_else(|_| Value::from(value));
+            let object = serde_json::json!({ name: value });
+            Err(Failure::Words(format!("`{written}` is neither JSON nor a file: write '{object}'")))
+        }
+        _ => program::read(path),
     }
 }
 

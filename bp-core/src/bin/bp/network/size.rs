@@ -5,7 +5,7 @@
 
 use super::Asked;
 use crate::failure::Failure;
-use crate::numbers::six_digits;
+use crate::numbers::{count, six_digits};
 use bp_core::compiler::strategies::join_tree::{Cost, Marginals, Tree};
 use serde_json::json;
 use std::io::Write;
@@ -45,11 +45,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let line = |what: &str, cost: Cost| {
         let bytes = ["B", "kB", "MB", "GB", "TB", "PB"];
         let unit = (cost.bytes.max(1.0).log10() / 3.0).floor().clamp(0.0, 5.0);
-        let amount = six_digits((cost.bytes / 1000f64.powf(unit) * 10.0).round() / 10.0);
+        let amount =
+            if unit == 0.0 { count(cost.bytes) } else { format!("{:.1}", cost.bytes / 1000f64.powf(unit)) };
         if cost.width == 0 && cost.cells > 1.0 {
             return format!("  {what:<22}  more than {} cells: too many to count", six_digits(cost.cells));
         }
-        let [cells, flops] = [cost.cells, cost.flops()].map(|number| six_digits(number.round()));
+        let [cells, flops] = [cost.cells, cost.flops()].map(count);
         let unit = bytes[unit as usize];
         format!(
             "  {what:<22}  width {:>3}  {cells:>11} cells  {flops:>11} flops  {amount} {unit}",

@@ -132,7 +132,10 @@ fn shown(answer: &Answer) -> Value {
     }
     // Without evidence it is 0, up to rounding.
     if let Some(ln) = answer.ln_evidence.filter(|_| answer.question.contains('|')) {
-        let error = answer.estimate.as_ref().and_then(|estimate| estimate.ln_evidence_error);
+        let error = answer
+            .estimate
+            .as_ref()
+            .and_then(|estimate| estimate.ln_evidence_error.filter(|error| *error > 0.0));
         let error = error.map_or_else(String::new, |error| format!(" ± {}", two_digits(error)));
         notes.push(format!("ln P(evidence) = {}{error}", six_digits(ln)));
     }
