@@ -3,14 +3,38 @@
 //! In: a program, and evidence or names of single elements. Out: the same program without families, and the same evidence.
 //! Invariant: the joint distribution is the same, and an element keeps its name: `Y[2]`.
 
-use super::{Evidence, Opened, Program};
+use super::value::is_missing;
+use super::{Evidence, Opened, Program, Value};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Model, Question};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Above this many elements a program is not expanded.
 const MOST_ELEMENTS: usize = 10_000;
+
+/// The evidence without missing values: a list with some is that of the elements of a family, or of the components of a vector, that
+/// have values.
+pub(super) fn observed<'e>(model: &Model, evidence: &'e Evidence) -> Cow<'e, Evidence> {
+    let lacks = |value: &Value| matches!(value, Value::List(all) if all.iter().any(is_missing));
+    if !evidence.iter().any(|(_, value)| lacks(value)) {
+        return Cow::Borrowed(evidence);
+    }
+    let mut known = Evidence::new();
+    for (name, value) in evidence.iter() {
+        match (value, model.variable(name)) {
+            (Value::List(all), Some(id)) if lacks(value) => {
+                let first = model.variables[id].family.map_or(0, |family| family.over.first());
+                for (index, value) in (first..).zip(all).filter(|(_, value)| !is_missing(value)) {
+                    known.set(model.element_name(id, index), value.clone());
+                }
+            }
+            _ => known.set(name, value.clone()),
+        }
+    }
+    Cow::Owned(known)
+}
 
 /// Whether elements of a program are known only once its families are expanded: a join tree knows those of finite variables.
 pub(super) fn is_expanded(model: &Model) -> bool {

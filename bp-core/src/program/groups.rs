@@ -203,7 +203,7 @@ impl<'p> Several<'p> {
 
     fn is_observed(&self, id: VariableId) -> bool {
         let mut known = self.knowledge.known.iter();
-        known.any(|it| it.variable == id && matches!(it.evidence, Finding::Hard(_)))
+        known.any(|it| it.variable == id && it.is_whole())
     }
 
     fn ask(&self, statistic: Statistic, of: &[VariableId]) -> Ask {

@@ -105,9 +105,7 @@ impl Names<'_> {
             if let (true, Some(component)) = (is_vector, element)
                 && !matches!(value, Value::Likelihood(_))
             {
-                let model::Value::Real(number) = self.value(variable, name, value)? else {
-                    return Err(Error::input(name, format!("`{value}` is not a number")));
-                };
+                let number = self.number(variable, name, value)?;
                 if !all.know_component(variable, (component, number), slots.len()) {
                     return Err(Error::input(name, format!("`{name}` is known twice")));
                 }
@@ -136,10 +134,7 @@ impl Names<'_> {
             if let (true, None, Value::List(numbers)) = (is_vector, element, value)
                 && numbers.len() == slots.len()
             {
-                let one = |value: &Value| match self.value(variable, name, value)? {
-                    model::Value::Real(number) => Ok(number),
-                    _ => Err(Error::input(name, format!("`{value}` is not a number"))),
-                };
+                let one = |value: &Value| self.number(variable, name, value);
                 let numbers = numbers.iter().map(one).collect::<Result<Vec<f64>, Error>>()?;
                 let evidence = model::Finding::Hard(model::Value::Vector(numbers));
                 all.known.push(Known { variable, evidence });
@@ -170,6 +165,16 @@ impl Names<'_> {
             }
         }
         Ok(all)
+    }
+
+    /// The number of a component of a vector.
+    fn number(&self, variable: VariableId, name: &str, value: &Value) -> Result<f64, Error> {
+        match self.value(variable, name, value)? {
+            model::Value::Real(number) => Ok(number),
+            model::Value::Ordinal(_) | model::Value::Vector(_) | model::Value::Given(_) => {
+                Err(Error::input(name, format!("`{value}` is not a number")))
+            }
+        }
     }
 
     /// A value of a variable.

@@ -42,6 +42,7 @@ use crate::plan::{Options, Strategy};
 use crate::sample::Sampling;
 use crate::source::Source;
 use crate::syntax::{compile, parse_question};
+use expanded::observed;
 use settings::{Meaning, Settings, meaning, names};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -274,7 +275,7 @@ impl Program {
     /// # Errors
     /// An unknown name, a value outside the variable's domain; evidence of probability zero.
     pub fn marginals(&self, evidence: &Evidence) -> Result<Posterior, Error> {
-        marginals::marginals(self, &[], evidence)
+        marginals::marginals(self, &[], &observed(self.model(), evidence))
     }
 
     /// The posterior of each of some variables, or of elements of families (`Z[2]`), given some evidence.
@@ -282,7 +283,7 @@ impl Program {
     /// # Errors
     /// As [`Program::marginals`].
     pub fn marginals_of(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
-        marginals::marginals(self, names, evidence)
+        marginals::marginals(self, names, &observed(self.model(), evidence))
     }
 
     /// The posteriors of many cases, the rows of a table with a column for each observed variable:
@@ -308,7 +309,7 @@ impl Program {
     /// # Errors
     /// As [`Program::marginals`]; a name that stands twice, or is observed.
     pub fn joint(&self, names: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
-        groups::joint(self, names, evidence)
+        groups::joint(self, names, &observed(self.model(), evidence))
     }
 
     /// The most probable value of all variables together, given some evidence: one row, whose number is ln of the joint
@@ -317,7 +318,7 @@ impl Program {
     /// # Errors
     /// As [`Program::marginals`].
     pub fn most_probable(&self, evidence: &Evidence) -> Result<Posterior, Error> {
-        groups::most_probable(self, evidence)
+        groups::most_probable(self, &observed(self.model(), evidence))
     }
 
     /// The entropy in nats of some targets together, given some evidence, and the information that the observation of
@@ -331,7 +332,7 @@ impl Program {
         among: &[String],
         evidence: &Evidence,
     ) -> Result<(f64, Vec<Observation>), Error> {
-        groups::observations(self, (about, among), evidence)
+        groups::observations(self, (about, among), &observed(self.model(), evidence))
     }
 
     /// Learns the `unknown` forms of the program, and the parameters that `identification` names, from a table of cases

@@ -5,9 +5,9 @@
 
 mod fields;
 mod typed;
+mod values;
 
 use super::Value;
-use super::value::read;
 use crate::answer::CompiledQuestion;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -20,7 +20,7 @@ use crate::model::{
 use crate::space::{Edge, Moves, Space};
 use crate::spelling::number as written;
 use std::collections::BTreeMap;
-use typed::{displacement, listed_parts, numbers, one_size, shaped, size, words};
+use typed::{displacement, numbers, one_size, shaped, size, words};
 
 /// The meaning of a settable name.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -308,35 +308,6 @@ impl Settings {
             }
         }
         Ok(())
-    }
-
-    /// Values of a variable, from the numbers of the host.
-    ///
-    /// # Errors
-    /// One of them is not a value of the variable.
-    pub fn values(
-        &self,
-        model: &Model,
-        variable: VariableId,
-        name: &str,
-        value: &Value,
-    ) -> Result<Vec<f64>, Error> {
-        let one = |value: &Value| match read(model, variable, value, &|size| self.size(size)) {
-            Ok((_, number)) => Ok(number),
-            Err(message) => Err(Error::input(name, message)),
-        };
-        match value {
-            Value::Label(text) => {
-                // A label may contain brackets and commas, as `[0,5)` does.
-                let whole = one(&Value::from(text.as_str()));
-                match (listed_parts(text), whole) {
-                    (Some(parts), Err(_)) => parts.map(|part| one(&Value::from(part.trim()))).collect(),
-                    (None, Err(_)) => text.split(',').map(|part| one(&Value::from(part.trim()))).collect(),
-                    (_, Ok(number)) => Ok(vec![number]),
-                }
-            }
-            value => value.flat().into_iter().map(one).collect(),
-        }
     }
 
     /// Whether a name is set.

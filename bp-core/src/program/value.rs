@@ -4,7 +4,7 @@
 //! Invariant: a boolean is `true` or `false`, never 1 or 0; a text is read as in a table of data.
 
 use crate::answer::Slot;
-use crate::data::Values;
+use crate::data::{self, Values};
 use crate::ids::VariableId;
 use crate::model::{Domain, Model};
 use crate::spelling::exact;
@@ -162,9 +162,19 @@ pub(super) fn read(
     value: &Value,
     size: &dyn Fn(&str) -> Option<usize>,
 ) -> Result<(Option<usize>, f64), String> {
+    read_cell(model, variable, value, size)?.ok_or_else(|| format!("`{value}` means not observed: omit it"))
+}
+
+/// The same; `None` where the value is missing.
+pub(super) fn read_cell(
+    model: &Model,
+    variable: VariableId,
+    value: &Value,
+    size: &dyn Fn(&str) -> Option<usize>,
+) -> Result<Option<(Option<usize>, f64)>, String> {
     let domain = &model.variables[variable].domain;
     if let (Domain::Boolean, Value::Bool(truth)) = (domain, value) {
-        return Ok((Some(usize::from(*truth)), f64::from(u8::from(*truth))));
+        return Ok(Some((Some(usize::from(*truth)), f64::from(u8::from(*truth)))));
     }
     let values = Values::new(model, variable, size);
     let name = model.variable_name(variable);
@@ -190,9 +200,17 @@ pub(super) fn read(
         found = values.read(text).or(found);
     }
     match found {
-        Ok(Some(value)) => Ok((value.ordinal, value.number)),
-        Ok(None) => Err(format!("`{value}` means not observed: omit it")),
+        Ok(found) => Ok(found.map(|value| (value.ordinal, value.number))),
         Err(expected) => Err(format!("`{value}` is {expected}")),
+    }
+}
+
+/// Whether a value says that nothing is observed, as a missing cell does.
+pub(super) fn is_missing(value: &Value) -> bool {
+    match value {
+        Value::Real(number) => number.is_nan(),
+        Value::Label(text) => data::is_missing(text),
+        _ => false,
     }
 }
 

@@ -84,3 +84,13 @@ fn a_context_that_a_subroutine_excludes_is_read_from_its_factors() {
     // 0.1 · 0.2 and 0.9 · 0.9.
     all_close(&found, &[0.02 / 0.83, 0.81 / 0.83]);
 }
+
+#[test]
+fn a_context_without_an_answer_is_impossible_also_where_it_is_not_asked() {
+    let sub = "program Sub { variables { X, Y : 0..=2; } decomposition { P(X) P(Y | X) }
+        forms { P(X) = uniform; P(Y | X) = dirac(X + 1); } question y { P(Y | X) } }";
+    let main = "program Main { variables { A, B : 0..=2; } decomposition { P(A) P(B | A) }
+        forms { P(A) = uniform; P(B | A) = ask(Sub.y | A); } }";
+    // Of A = 2 there is no Y.
+    all_close(&p(&format!("{sub}{main}"), "P(A)"), &[0.5, 0.5, 0.0]);
+}

@@ -363,3 +363,25 @@ fn a_small_probability_of_false_is_written() {
     let learned = learner.learned().unwrap();
     near(&both(&text, &learned, "P(K = false)"), &[1e-17], 1e-30);
 }
+
+/// A uniform distribution whose ends cut their bins has the shares of the cases: 1, 4 and 1 of six.
+#[test]
+fn a_uniform_distribution_over_bins() {
+    use bp_core::prelude::*;
+    let text = "program Even { variables { X : bins(0, 10, 10); } decomposition { P(X) } forms { P(X) = unknown(uniform); } }";
+    let program = Program::parse(text).unwrap();
+    let shares = |values: &[f64]| {
+        let learned = program.learn(Learning::new().column("X", values.iter().copied())).unwrap();
+        let found = learned.program().ask("P(X)").unwrap();
+        found.answer().answer.iter().map(|row| row.p().unwrap()).collect::<Vec<f64>>()
+    };
+    for (values, expected) in [
+        (&[3.0, 4.0, 5.5][..], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]),
+        (&[3.0, 4.0, 4.5, 4.2, 4.9, 5.0], [1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0]),
+        (&[4.0, 4.0], [0.0, 1.0, 0.0]),
+    ] {
+        near(&shares(values)[3..6], &expected, 1e-12);
+    }
+    // The last bin has both of its edges.
+    near(&shares(&[9.0, 10.0])[9..], &[1.0], 1e-12);
+}

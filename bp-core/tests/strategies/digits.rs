@@ -111,3 +111,65 @@ fn certain_success_leaves_no_failures() {
     let error = program(text).ask("P(X)").unwrap_err().to_string();
     assert!(error.contains("is 0 for every value"), "{error}");
 }
+
+/// 1 − p of the numbers that f64 holds, to 50 digits; Φ(−9) and 1e-20.
+#[test]
+fn small_probabilities_of_false() {
+    let of = |form: &str| {
+        program(&format!(
+            "program Causes {{ parameters {{ p : probability = 0.999999999999; q : probability = 0.9999999999; }}
+             variables {{ A, B, X, Z : bool; }} decomposition {{ P(A) P(B) P(X | A B) P(Z) }}
+             forms {{ P(A) = bernoulli(0.5); P(B) = bernoulli(0.5); P(X | A B) = {form}; P(Z) = bernoulli(0.5); }} }}"
+        ))
+    };
+    let is_false = |form: &str, given: &str, expected: f64| {
+        for strategy in ["sums", "join_tree"] {
+            let found = of(form).by(strategy).unwrap().ask(&format!("P(X = false | {given})")).unwrap();
+            near(found.number().unwrap(), expected, 1e-14);
+        }
+        let drawn = of(form).by("weighting").unwrap().ask(&format!("P(Z | X = false, {given})")).unwrap();
+        near(drawn.ln_evidence().unwrap(), (expected / 4.0).ln(), 1e-13);
+    };
+    is_false("noisy_and(1e-12, 2e-12)", "A = false, B = false", 2.999_999_999_998e-12);
+    is_false("noisy_or(p, q)", "A = true, B = true", 9.999_779_610_184_191e-23);
+    is_false("noisy_or(1 - 1e-20, 0.5)", "A = true, B = false", 1e-20);
+    is_false("bernoulli(p * q)", "A = true, B = true", 1.009_999_861_522_169_8e-10);
+    let branches = "bernoulli(if A { probit(9) } else { 1 - 1e-20 })";
+    is_false(branches, "A = true, B = true", 1.128_588_405_953_840_6e-19);
+    is_false(branches, "A = false, B = true", 1e-20);
+    let after = of(branches).ask("P(A = true | X = false)").unwrap();
+    near(after.number().unwrap(), 0.918_605_775_933_264_8, 1e-14);
+    let scores = "bernoulli(if A { logistic(40) } else { logistic(if B { -1 } else { 0 }) })";
+    is_false(scores, "A = true, B = true", (-40f64).exp() / (1.0 + (-40f64).exp()));
+}
+
+/// 1 − (1 − 10⁻¹³/2)²⁰ to 50 digits: the form of many conditions is split.
+#[test]
+fn many_conditions_that_rarely_fail() {
+    let names: Vec<String> = (0..20).map(|at| format!("C{at}")).collect();
+    let all = |one: &dyn Fn(&String) -> String| names.iter().map(one).collect::<Vec<_>>().join(" ");
+    let text = format!(
+        "program Conditions {{ variables {{ {} : bool; X : bool; }} decomposition {{ {} P(X | {}) }}
+         forms {{ {} P(X | {}) = noisy_and({}); }} }}",
+        names.join(", "),
+        all(&|name| format!("P({name})")),
+        names.join(" "),
+        all(&|name| format!("P({name}) = bernoulli(0.5);")),
+        names.join(" "),
+        vec!["1e-13"; 20].join(", "),
+    );
+    let found = program(&text).ask("P(X = false)").unwrap();
+    near(found.number().unwrap(), 9.999_999_999_995_25e-13, 1e-14);
+}
+
+#[test]
+fn counts_whose_total_is_beyond_the_range_of_numbers() {
+    for form in ["histogram(1e308, 5e307, 1e308)", "laplace_succession(1e308, 5e307, 1e308)"] {
+        let text = format!(
+            "program Counts {{ variables {{ X : 0..=2; }} decomposition {{ P(X) }} forms {{ P(X) = {form}; }} }}"
+        );
+        let found = program(&text).ask("P(X)").unwrap();
+        let p: Vec<f64> = found.answer().answer.iter().map(|row| row.p().unwrap()).collect();
+        p.iter().zip([0.4, 0.2, 0.4]).for_each(|(p, expected)| near(*p, expected, 1e-15));
+    }
+}

@@ -101,7 +101,7 @@ fn density(model: &Model, values: &Values, factor: &Factor, form: &Form) -> f64 
             .iter()
             .map(|left| 1.0 / model.variables[left.variable].domain.count().unwrap() as f64)
             .product(),
-        Form::Bernoulli(p) => {
+        Form::Bernoulli(p, _) => {
             if values[&left] == 1 {
                 of(p)
             } else {

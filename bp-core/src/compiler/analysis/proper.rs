@@ -36,11 +36,11 @@ fn proper_form(model: &Model, form: &Form, left: VariableId) -> bool {
         }
         Form::Truncated { .. } => matches!(domain, Domain::Real),
         Form::Unknown(_) | Form::Flat | Form::HalfFlat => false,
-        // An impossible context has a row of zeros.
-        Form::Constants(numbers) => {
-            let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
-            rows.into_iter().all(|row| row.iter().any(|number| *number > 0.0))
-        }
+        Form::Constants(numbers) => has_values(numbers, domain),
+        // Before it is linked, the answer of another program is not known.
+        Form::Ask { path, .. } => model
+            .subroutine(path)
+            .is_none_or(|subroutine| !subroutine.table.is_empty() && has_values(&subroutine.table, domain)),
         Form::Mixture(parts) => parts.iter().all(|(_, part)| proper_form(model, part, left)),
         // A carried marginal is a distribution, except in cells outside the grid, where `otherwise` holds.
         Form::Previous { otherwise, .. } => proper_form(model, otherwise, left),
@@ -50,6 +50,12 @@ fn proper_form(model: &Model, form: &Form, left: VariableId) -> bool {
         }
         _ => true,
     }
+}
+
+/// Whether each row of a table has a value: an impossible context has a row of zeros.
+fn has_values(numbers: &[f64], domain: &Domain) -> bool {
+    let rows = numbers.chunks_exact(domain.count().unwrap_or(1).max(1));
+    rows.into_iter().all(|row| row.iter().any(|number| *number > 0.0))
 }
 
 /// Whether a domain of whole numbers has a value in the support of a law, whatever the parameters: outside of it a law cannot be

@@ -32,7 +32,7 @@ pub struct CompiledQuestion<'m> {
     /// Whether families are expanded into single variables.
     pub(super) elements: Elements,
     /// The options of its plan.
-    options: Options,
+    pub(super) options: Options,
 }
 
 /// Compiles a question of a model.
@@ -225,7 +225,8 @@ impl CompiledQuestion<'_> {
         if let Some(other) = self.where_some_are_missing(inputs) {
             return other?.ask_with(inputs, sampling);
         }
-        self.answers(&Case { question: &self.question, inputs, instants: &[], sampling, findings: None })
+        let case = Case { question: &self.question, inputs, instants: &[], sampling, findings: None };
+        self.or_by_draws(self.answers(&case), inputs, |drawn| drawn.ask_with(inputs, sampling))
     }
 
     /// Answers a question over time, given the observations of each instant by name.

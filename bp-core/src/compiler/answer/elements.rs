@@ -10,10 +10,11 @@ use crate::distribution::{Setting, WrittenOut, uses_elements};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
-use crate::model::{Finding, Known, Model, Question, Value};
+use crate::model::{Domain, Finding, Known, Model, Question, Value};
 use crate::plan::{self, Options, Plan, Strategy};
 use crate::posterior::check;
 use crate::sample::Sampling;
+use crate::strategies::Case;
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -78,7 +79,13 @@ impl CompiledQuestion<'_> {
         let Some((expanded, back)) = self.expanded(inputs)? else {
             return self.otherwise(|it| it.ask_with(inputs, sampling));
         };
-        let mut answers = expanded.ask_with(inputs, sampling).map_err(|error| self.as_asked(error))?;
+        let mut answers = match expanded.ask_with(inputs, sampling) {
+            // A missing element matters: the draws of the program as it is do without.
+            Err(Error::Unplanned { .. }) if self.elements == Elements::IfExact => {
+                return self.otherwise(|it| it.ask_with(inputs, sampling));
+            }
+            found => found.map_err(|error| self.as_asked(error))?,
+        };
         for ((answer, back), ask) in answers.iter_mut().zip(&back).zip(&self.question().asks) {
             answer.question = self.model().ask_text(ask);
             let slots = |part: &mut Part| {
@@ -164,20 +171,64 @@ impl CompiledQuestion<'_> {
         &self,
         inputs: &Inputs<'_, f64>,
     ) -> Option<Result<CompiledQuestion<'_>, Error>> {
-        let is_missing = |known: &Known| match &known.evidence {
-            Finding::Hard(Value::Given(name)) if self.model().variables[known.variable].family.is_some() => {
-                inputs.find(name).is_some_and(|given| given.iter().any(|value| value.is_nan()))
-            }
-            _ => false,
-        };
-        let known = self.question().asks.iter().flat_map(|ask| ask.known.iter().chain(ask.statistic.from()));
-        if !self.is_answered_by(Strategy::Sums) || !known.into_iter().any(is_missing) {
+        if !self.is_answered_by(Strategy::Sums) || !self.known_lack_values(inputs) {
             return None;
         }
-        let by = |by| {
-            let (model, question) = (Cow::Borrowed(self.model()), self.question().clone());
-            together(model, question, Options { by, ..self.options() })
+        let by = |by| self.by(by);
+        Some(by(Strategy::JoinTree).or_else(|_| by(Strategy::Mixture)).or_else(|_| by(Strategy::Weighting)))
+    }
+
+    /// The answers of a group of asks, which may know single elements; by draws where an exact strategy needs what is missing.
+    pub(super) fn answers_or_draws(&self, case: &Case<'_>) -> Result<Vec<Answer>, Error> {
+        self.or_by_draws(self.answers(case), case.inputs, |drawn| drawn.answers(case))
+    }
+
+    /// What was found; by draws where an exact strategy needs what is missing, and the user leaves the strategy open.
+    pub(super) fn or_by_draws<T>(
+        &self,
+        found: Result<T, Error>,
+        inputs: &Inputs<'_, f64>,
+        again: impl FnOnce(&CompiledQuestion<'_>) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        match found {
+            Err(refused @ Error::Unplanned { .. })
+                if self.options.by.is_none() && self.known_lack_values(inputs) =>
+            {
+                self.by_draws().map_or(Err(refused), |drawn| again(&drawn))
+            }
+            found => found,
+        }
+    }
+
+    /// The same question by draws, which need no value of what is not observed; what does not depend on missing elements may still
+    /// be exact.
+    fn by_draws(&self) -> Result<CompiledQuestion<'_>, Error> {
+        let mut drawn = self.by(Strategy::Weighting).or_else(|_| self.by(Strategy::Gibbs))?;
+        if self.model().variables.values().any(|variable| variable.family.is_some()) {
+            (drawn.elements, drawn.options) = (Elements::IfExact, self.options());
+        }
+        Ok(drawn)
+    }
+
+    fn by(&self, by: Strategy) -> Result<CompiledQuestion<'_>, Error> {
+        let (model, question) = (Cow::Borrowed(self.model()), self.question().clone());
+        together(model, question, Options { by: Some(by), ..self.options() })
+    }
+
+    /// Whether values of a known family, or components of a known vector, are missing.
+    fn known_lack_values(&self, inputs: &Inputs<'_, f64>) -> bool {
+        let is_missing = |known: &Known| {
+            let variable = &self.model().variables[known.variable];
+            let name = match &known.evidence {
+                Finding::Hard(Value::Vector(numbers)) => return numbers.iter().any(|value| value.is_nan()),
+                Finding::Hard(Value::Given(name)) => name.clone(),
+                Finding::Each => self.model().variable_name(known.variable),
+                _ => return false,
+            };
+            (variable.family.is_some() || matches!(variable.domain, Domain::Vector(_)))
+                && inputs.find(&name).is_some_and(|given| given.iter().any(|value| value.is_nan()))
         };
-        Some(by(Some(Strategy::JoinTree)).or_else(|_| by(Some(Strategy::Weighting))))
+        let asks = || self.question().asks.iter();
+        asks().flat_map(|ask| ask.known.iter().chain(ask.statistic.from())).any(is_missing)
     }
 }

@@ -82,8 +82,16 @@ pub fn marginals(
     (sampling, options): (Sampling, Options),
 ) -> Result<Answer, Error> {
     let mut known = knowledge.known.clone();
-    let observed = |id: &VariableId| {
-        knowledge.known.iter().any(|it| it.variable == *id && matches!(it.evidence, Finding::Hard(_)))
+    let observed = |id: &VariableId| knowledge.known.iter().any(|it| it.variable == *id && it.is_whole());
+    // The components of a vector that are known are not shown.
+    let is_shown = |slot: &Slot| {
+        let own = knowledge.known.iter().find(|known| known.variable == slot.variable);
+        match own.map(|known| &known.evidence) {
+            Some(Finding::Hard(Value::Vector(numbers))) => {
+                slot.index.is_none_or(|component| numbers[component as usize].is_nan())
+            }
+            _ => true,
+        }
     };
     let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
     // P(evidence) by the chain rule: P(all but the last observation) times the posterior probability of the last.
@@ -140,8 +148,11 @@ pub fn marginals(
             false => {
                 let answer = answers.next().expect("internal: each variable is asked");
                 let parts = answer.parts.iter().flat_map(each);
-                let parts: Vec<Part> = parts.collect();
-                match parts.len() == answer.parts.len() {
+                let mut parts: Vec<Part> = parts.collect();
+                let whole = parts.len() == answer.parts.len();
+                let all_shown = parts.iter().flat_map(|part| &part.of).all(is_shown);
+                parts.retain(|part| part.of.iter().all(is_shown));
+                match whole && all_shown {
                     true => rows.extend(answer.answer.iter().cloned()),
                     false => rows.extend(parts.iter().flat_map(|part| part.rows(model))),
                 }
@@ -197,7 +208,7 @@ pub fn together(
     check(model, question)?;
     let options = Options { elements: findings.are_elements(model), ..options };
     let compiled = compile_with(model, question, options)?;
-    compiled.answers(&Case { question, inputs, instants: &[], sampling, findings: Some(findings) })
+    compiled.answers_or_draws(&Case { question, inputs, instants: &[], sampling, findings: Some(findings) })
 }
 
 /// Refuses evidence that no question may have. A variable with a likelihood remains a variable to be answered.

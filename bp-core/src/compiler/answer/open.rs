@@ -85,6 +85,11 @@ impl CompiledQuestion<'_> {
             Finding::Hard(Value::Given(name)) => Some((known.variable, name)),
             _ => None,
         });
+        let searched = self.question().asks.iter().flat_map(|ask| &ask.searched);
+        let named = named.chain(searched.filter_map(|item| match &item.at {
+            Some(Value::Given(name)) => Some((item.variable, name)),
+            _ => None,
+        }));
         let mut inputs = inputs.clone();
         for (variable, name) in named {
             let parameter = self.model().parameters.values().find(|parameter| parameter.name == *name);

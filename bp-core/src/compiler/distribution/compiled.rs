@@ -111,10 +111,11 @@ impl<'r, 'm> Recording<'r, 'm> {
     fn form(&mut self, form: &Form) -> Result<[Node; 2], NotCompiled> {
         match form {
             Form::Law { law, arguments } => self.law(*law, arguments),
-            Form::Bernoulli(probability) => {
+            Form::Bernoulli(probability, complement) => {
                 let p = self.probability(*probability)?;
+                let other = complement.map(|id| self.probability(id)).transpose()?;
                 let (holds, left) = (bernoulli::holds(&mut self.tape, p, 0.0), self.fixed_value()?);
-                let p = bernoulli::probability(&mut self.tape, left, p);
+                let p = bernoulli::probability(&mut self.tape, left, p, other);
                 Ok([self.tape.ln(p), holds])
             }
             Form::Categorical(entries) => {

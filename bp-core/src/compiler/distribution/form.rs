@@ -148,9 +148,10 @@ impl Evaluation<'_> {
             Form::Uniform => {
                 Distribution::Finite(vec![uniform::probability(&mut Numbers, count as f64); count])
             }
-            Form::Bernoulli(probability) => {
+            Form::Bernoulli(probability, complement) => {
                 let probability = self.probability(form, *probability)?;
-                let of = |truth| bernoulli::probability(&mut Numbers, truth, probability);
+                let complement = complement.map(|id| self.probability(form, id)).transpose()?;
+                let of = |truth| bernoulli::probability(&mut Numbers, truth, probability, complement);
                 Distribution::Finite(vec![of(0.0), of(1.0)])
             }
             Form::Categorical(entries) => Distribution::Finite(self.row(form, entries)?),

@@ -190,7 +190,13 @@ impl Writer<'_, '_> {
         };
         Some(match form {
             Form::Uniform | Form::Flat | Form::HalfFlat | Form::Constants(_) => form.clone(),
-            Form::Bernoulli(p) => Form::Bernoulli(one(self, p)?),
+            Form::Bernoulli(p, other) => Form::Bernoulli(
+                one(self, p)?,
+                match other {
+                    Some(other) => Some(one(self, other)?),
+                    None => None,
+                },
+            ),
             Form::Dirac(value) => Form::Dirac(one(self, value)?),
             Form::Weights(weight) => Form::Weights(one(self, weight)?),
             Form::Categorical(entries) => Form::Categorical(all(self, entries)?),

@@ -70,7 +70,8 @@ fn is_positive(model: &Model, form: &Form) -> bool {
         Form::Mixture(parts) => {
             parts.iter().any(|(weight, part)| positive(weight) && is_positive(model, part))
         }
-        Form::Bernoulli(p) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
+        Form::Bernoulli(p, None) => model.constant(*p).is_some_and(|p| p > 0.0 && p < 1.0),
+        Form::Bernoulli(p, Some(other)) => positive(p) && positive(other),
         Form::Categorical(entries) => entries.iter().all(positive),
         Form::Table(rows) => rows.iter().flatten().all(positive),
         Form::Constants(numbers) => numbers.iter().all(|p| *p > 0.0),

@@ -47,7 +47,7 @@ fn text(model: &Model, factor: &Factor, form: &Form, value: Option<usize>) -> St
             _ => format!("uniform({left})"),
         },
         Form::Flat => "1".to_owned(),
-        Form::Bernoulli(p) => match value {
+        Form::Bernoulli(p, _) => match value {
             Some(1) => format!("({})", expression(*p)),
             Some(0) => format!("(1 - ({}))", expression(*p)),
             _ => format!("bernoulli({left}; {})", expression(*p)),

@@ -245,7 +245,10 @@ fn smallest(model: &Model, factor: &Factor, form: &Form) -> Option<f64> {
     let left = factor.left.iter().map(|left| &model.variables[left.variable].domain);
     match form {
         Form::Uniform => left.map(|domain| Some(-(domain.count()? as f64).log2())).sum(),
-        Form::Bernoulli(p) => smallest_of(numbers(model, &[*p])?.into_iter().flat_map(|p| [p, 1.0 - p])),
+        Form::Bernoulli(p, None) => {
+            smallest_of(numbers(model, &[*p])?.into_iter().flat_map(|p| [p, 1.0 - p]))
+        }
+        Form::Bernoulli(p, Some(other)) => smallest_of(numbers(model, &[*p, *other])?),
         Form::Categorical(entries) => smallest_of(numbers(model, entries)?),
         Form::Table(rows) => smallest_of(numbers(model, &rows.concat())?),
         Form::Constants(entries) => smallest_of(entries.iter().copied()),

@@ -1,16 +1,23 @@
 //! `bernoulli(p)`: true with probability p.
 //!
-//! In: p. Out: P(true) = p, P(false) = 1 − p. Invariant: p lies in [0, 1]; rounding errors of a computed p beyond it
-//! are clamped.
+//! In: p, and 1 − p where it has digits of its own. Out: P(true) = p, P(false) = 1 − p. Invariant: p lies in [0, 1];
+//! rounding errors of a computed p beyond it are clamped.
 
 use super::between;
 use crate::law::Arithmetic;
 use crate::operators::Binary;
 
 /// The probability of a truth value.
-pub(crate) fn probability<A: Arithmetic>(by: &mut A, truth: A::Number, p: A::Number) -> A::Number {
-    let one = by.constant(1.0);
-    let complement = by.subtract(one, p);
+pub(crate) fn probability<A: Arithmetic>(
+    by: &mut A,
+    truth: A::Number,
+    p: A::Number,
+    complement: Option<A::Number>,
+) -> A::Number {
+    let complement = complement.unwrap_or_else(|| {
+        let one = by.constant(1.0);
+        by.subtract(one, p)
+    });
     by.select(truth, p, complement)
 }
 

@@ -14,6 +14,7 @@ use super::floor::{Bound, bound, collapsed, held, is_narrowest, spread};
 use super::normals::normals;
 use super::regression::least_squares;
 use super::statistics::Statistic;
+use super::uniform_bins;
 use crate::error::Error;
 use crate::law::{Law, Refusal, Sample};
 use crate::model::{Bins, Domain, Fit, ParameterKind};
@@ -331,6 +332,9 @@ fn fitted(
     let (total, is_unbiased) = (sample.total(), fit == Some(&Fit::UnbiasedNormal));
     if is_unbiased && total > 0.0 && total <= 1.0 {
         return Err(TOO_FEW);
+    }
+    if let Some(ends) = uniform_bins::ends(law, sample, domain) {
+        return Ok(ends);
     }
     let (back, line) = on_line(law, sample, domain);
     let mut numbers = law.fit(&line, known)?;

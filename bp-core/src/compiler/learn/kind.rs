@@ -99,7 +99,7 @@ impl At<'_> {
                 self.of_form(if chosen { then } else { otherwise })
             }
             Form::Previous { at: None, otherwise, .. } => self.of_form(otherwise),
-            Form::Bernoulli(chance) => match self.argument(*chance)? {
+            Form::Bernoulli(chance, _) => match self.argument(*chance)? {
                 Read::Cell(cell) => Ok(Found::of_row(&[Some(Share::Rest), Some(Share::Learned(cell))], None)),
                 Read::Mixed => match self.complement(*chance)?.as_deref() {
                     Some([cell]) => {

@@ -45,6 +45,7 @@ mod report;
 mod statistics;
 mod terms;
 mod text;
+mod uniform_bins;
 
 pub use case::Case;
 pub use columns::{Columns, sizes};

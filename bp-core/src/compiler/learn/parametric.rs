@@ -255,8 +255,13 @@ fn field(
     let names = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}_{number}")));
     let name = names.into_iter().find(|name| !taken.contains(name.as_str())).unwrap_or(stem);
     let over = indices.iter().map(|(over, _)| *over).collect();
-    let parameter =
-        model.parameters.push(Parameter { name, kind: ParameterKind::Real, default: Vec::new(), over });
+    let parameter = model.parameters.push(Parameter {
+        name,
+        kind: ParameterKind::Real,
+        default: Vec::new(),
+        rows: Vec::new(),
+        over,
+    });
     unknowns.parameters.insert(parameter, Some(position));
     parameter
 }

@@ -158,12 +158,13 @@ impl Lowering<'_> {
         let domain = self.model.variables[variable].domain.clone();
         match form {
             Form::Uniform => Ok(self.uniform(&domain)),
-            Form::Bernoulli(probability) => {
+            Form::Bernoulli(probability, complement) => {
                 let Meaning::Ordinal(truth) = *at else {
                     return Err(self.unplanned("`bernoulli` distributes a bool"));
                 };
                 let probability = self.probability(*probability)?;
-                Ok(bernoulli::probability(&mut self.builder, truth, probability))
+                let complement = complement.map(|id| self.probability(id)).transpose()?;
+                Ok(bernoulli::probability(&mut self.builder, truth, probability, complement))
             }
             Form::Categorical(entries) => {
                 let Meaning::Ordinal(ordinal) = at else {

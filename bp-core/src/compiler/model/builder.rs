@@ -78,7 +78,12 @@ impl ModelBuilder {
         default: Vec<f64>,
         over: Vec<IndexSpace>,
     ) -> ParameterId {
-        self.model.parameters.push(Parameter { name: name.to_owned(), kind, default, over })
+        self.model.parameters.push(Parameter { name: name.to_owned(), kind, default, rows: Vec::new(), over })
+    }
+
+    /// Says that the default of a parameter is written as rows, in lists of these lengths.
+    pub fn default_rows(&mut self, parameter: ParameterId, rows: Vec<usize>) {
+        self.model.parameters[parameter].rows = rows;
     }
 
     /// A variable.
@@ -148,6 +153,16 @@ impl ModelBuilder {
     /// An operator on two operands.
     pub fn binary(&mut self, operator: Binary, left: ExpressionId, right: ExpressionId) -> ExpressionId {
         self.expression(Expression::Binary(operator, left, right))
+    }
+
+    /// `bernoulli(p)`: true with this probability.
+    pub fn bernoulli(&mut self, chance: ExpressionId) -> Form {
+        self.model.bernoulli(chance)
+    }
+
+    /// An expression of 1 − p, where it has more digits than the difference.
+    pub(super) fn complement(&mut self, chance: ExpressionId) -> Option<ExpressionId> {
+        self.model.complement(chance)
     }
 
     /// A factor without indices.

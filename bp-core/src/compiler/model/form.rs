@@ -9,7 +9,7 @@ mod softmax;
 mod succession;
 
 use crate::ids::{ExpressionId, VariableId};
-use crate::law::{Dirichlet, Law};
+use crate::law::{Dirichlet, Law, Support};
 use crate::model::{Expression, Folded, Model};
 use crate::operators::Unary;
 use serde::{Deserialize, Serialize};
@@ -45,8 +45,8 @@ impl Model {
 pub enum Form {
     /// All values with equal probability.
     Uniform,
-    /// True with this probability.
-    Bernoulli(ExpressionId),
+    /// True with this probability; and the probability of false, where it has more digits than 1 minus that of true.
+    Bernoulli(ExpressionId, Option<ExpressionId>),
     /// One probability for each value, in the domain's order.
     Categorical(Vec<ExpressionId>),
     /// Probabilities in rows: one row for each combination of right-hand values (in the factor's order, last
@@ -230,14 +230,20 @@ impl Form {
         found
     }
 
-    /// Whether it, or a part of it, is no point: over reals these parts have densities.
+    /// Whether it, or a part of it, is neither a point nor a law of counts: over reals these parts have densities.
     pub fn has_density(&self) -> bool {
         let (mut parts, mut found) = (0, false);
         self.each_part(&mut |part| {
             parts += 1;
             found |= part.has_density();
         });
-        if parts == 0 { !matches!(self, Form::Dirac(_)) } else { found }
+        let is_count = |law: &Law| law.support() == Support::Counts;
+        let has_masses = match self {
+            Form::Dirac(_) => true,
+            Form::Law { law, .. } => is_count(law),
+            _ => false,
+        };
+        if parts == 0 { !has_masses } else { found }
     }
 
     /// Whether it, or a part of it, is a point.
@@ -286,7 +292,7 @@ impl Form {
     pub fn name(&self) -> &'static str {
         match self {
             Form::Uniform => "uniform",
-            Form::Bernoulli(_) => "bernoulli",
+            Form::Bernoulli(..) => "bernoulli",
             Form::Categorical(_) => "categorical",
             Form::Table(_) | Form::Constants(_) => "table",
             Form::Law { law, .. } => law.name(),
@@ -322,7 +328,10 @@ impl Form {
                 visit(*first);
                 visit(*second);
             }
-            Form::Bernoulli(argument) | Form::Dirac(argument) | Form::Weights(argument) => visit(*argument),
+            // The probability of false reads what that of true reads.
+            Form::Bernoulli(argument, _) | Form::Dirac(argument) | Form::Weights(argument) => {
+                visit(*argument);
+            }
             Form::Mixture(parts) => {
                 for (weight, part) in parts {
                     visit(*weight);

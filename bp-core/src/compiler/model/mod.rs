@@ -10,7 +10,9 @@
 mod arms;
 mod bounds;
 mod builder;
+mod complement;
 mod derived;
+mod determined;
 mod domain;
 mod evaluate;
 mod expression;
@@ -94,6 +96,8 @@ pub struct Parameter {
     pub kind: ParameterKind,
     /// Its default: empty for none, one number for all elements, or one for each.
     pub default: Vec<f64>,
+    /// The lengths of the lists of a default that is written as rows, the outer one first; empty for another.
+    pub rows: Vec<usize>,
     /// Its range; empty for one number.
     pub over: Vec<IndexSpace>,
 }

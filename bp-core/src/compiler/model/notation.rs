@@ -105,7 +105,9 @@ impl Model {
             Form::Table(_) | Form::Constants(_) => {
                 return format!("{} = table {{ … }}", self.head(factor));
             }
-            Form::Bernoulli(argument) | Form::Dirac(argument) | Form::Weights(argument) => list(&[*argument]),
+            Form::Bernoulli(argument, _) | Form::Dirac(argument) | Form::Weights(argument) => {
+                list(&[*argument])
+            }
             Form::NormalBins { mean, deviation } => list(&[*mean, *deviation]),
             Form::Categorical(entries) | Form::Dirichlet(entries) | Form::Law { arguments: entries, .. } => {
                 list(entries)
@@ -179,6 +181,7 @@ impl Model {
                     Finding::Hard(Value::Given(name)) if *name == self.variable_name(known.variable) => {
                         self.spelled(known.variable)
                     }
+                    Finding::Hard(Value::Vector(numbers)) => self.components_text(known.variable, numbers),
                     Finding::Hard(value) => item(known.variable, Some(value)),
                     Finding::Each => self.spelled(known.variable),
                     Finding::Virtual(weights) => weighted(known.variable, "virtual", weights),
@@ -197,6 +200,18 @@ impl Model {
             }
             _ => first,
         }
+    }
+
+    /// The known components of a vector: `V = [1, 2]`, or those that are observed, `V[0] = 1`.
+    pub(crate) fn components_text(&self, variable: VariableId, numbers: &[f64]) -> String {
+        let name = self.spelled(variable);
+        if numbers.iter().all(|number| !number.is_nan()) {
+            return format!("{name} = {}", list(numbers));
+        }
+        let known = numbers.iter().enumerate().filter(|(_, number)| !number.is_nan());
+        let known: Vec<String> =
+            known.map(|(component, number)| format!("{name}[{component}] = {}", exact(*number))).collect();
+        known.join(", ")
     }
 
     /// An expression, as written in a form under these `prod`s; `…` replaces very long parts.

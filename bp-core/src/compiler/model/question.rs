@@ -182,6 +182,17 @@ pub struct Known {
     pub evidence: Finding,
 }
 
+impl Known {
+    /// Whether all of the variable is known by one value: of a vector, each component.
+    pub(crate) fn is_whole(&self) -> bool {
+        match &self.evidence {
+            Finding::Hard(Value::Vector(numbers)) => numbers.iter().all(|number| !number.is_nan()),
+            Finding::Hard(_) => true,
+            _ => false,
+        }
+    }
+}
+
 /// The evidence of a known variable.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Finding {

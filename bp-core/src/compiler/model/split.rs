@@ -12,10 +12,7 @@
 //! of a noisy or f(A) + (1 − f(A)) (g(B) + …) the part is P(Q₂ | Q₁ B) = bernoulli(g(B) + (1 − g(B)) Q₁).
 
 use super::values::Reads;
-use super::{
-    DerivedKind, Domain, Expression, Factor, Folded, Form, Model, ParameterKind, Question, Variable,
-    VariableUse,
-};
+use super::{DerivedKind, Domain, Expression, Factor, Folded, Form, Model, Question, Variable, VariableUse};
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::operators::Binary;
 use std::collections::HashMap;
@@ -44,7 +41,7 @@ impl Model {
         }
         let is_large = |id: &FactorId| {
             let factor = &self.factors[*id];
-            let (Form::Dirac(root) | Form::Bernoulli(root)) = factor.form else { return false };
+            let (Form::Dirac(root) | Form::Bernoulli(root, _)) = factor.form else { return false };
             if of_few(factor) || factor.right.len() > MOST_PARENTS || !factor.products.is_empty() {
                 return false;
             }
@@ -59,7 +56,7 @@ impl Model {
     pub(super) fn divorce(&mut self, question: &Question) {
         for factor in self.with_many_parents(question) {
             match self.factors[factor].form {
-                Form::Bernoulli(probability) => self.split_product(factor, probability),
+                Form::Bernoulli(probability, _) => self.split_product(factor, probability),
                 _ => self.split(factor),
             }
         }
@@ -113,7 +110,8 @@ impl Model {
             so_far = Some(value);
             let is_last = place + 1 == count;
             if !is_last && self.reads(value).of(value).as_ref().is_some_and(|own| !own.is_empty()) {
-                let part = self.part(value, Domain::Boolean, Form::Bernoulli(value));
+                let form = self.bernoulli(value);
+                let part = self.part(value, Domain::Boolean, form);
                 so_far = Some(self.expressions.push(Expression::Variable(part.into())));
             }
         }
@@ -123,44 +121,7 @@ impl Model {
             None => product,
         };
         self.factors[factor].right = self.parents_of(root);
-        self.factors[factor].form = Form::Bernoulli(root);
-    }
-
-    /// The probabilities p₁, p₂, … of p₁ + (1 − p₁) (p₂ + (1 − p₂) (…)): that one of several happens at least.
-    fn alternatives(&self, root: ExpressionId) -> Vec<ExpressionId> {
-        let (mut all, mut next) = (Vec::new(), root);
-        while let Expression::Binary(Binary::Add, own, others) = self.expressions[next]
-            && let Expression::Binary(Binary::Multiply, fails, rest) = self.expressions[others]
-            && let Expression::Binary(Binary::Subtract, one, same) = self.expressions[fails]
-            && same == own
-            && self.constant(one) == Some(1.0)
-        {
-            all.push(own);
-            next = rest;
-        }
-        all.push(next);
-        all
-    }
-
-    /// Whether an expression lies in [0, 1] by construction.
-    fn is_probability(&self, id: ExpressionId) -> bool {
-        match &self.expressions[id] {
-            Expression::Number(number) => (0.0..=1.0).contains(number),
-            Expression::Parameter { parameter, .. } => {
-                self.parameters[*parameter].kind == ParameterKind::Probability
-            }
-            Expression::Variable(use_) => self.variables[use_.variable].domain == Domain::Boolean,
-            Expression::Binary(Binary::Subtract, one, other) => {
-                self.constant(*one) == Some(1.0) && self.is_probability(*other)
-            }
-            Expression::Binary(Binary::Multiply, left, right) => {
-                self.is_probability(*left) && self.is_probability(*right)
-            }
-            Expression::If { then, otherwise, .. } => {
-                self.is_probability(*then) && self.is_probability(*otherwise)
-            }
-            _ => false,
-        }
+        self.factors[factor].form = self.bernoulli(root);
     }
 
     /// Splits the expression of a Dirac.

@@ -8,13 +8,14 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Domain, Finding, IndexSpace, Model, Question, Value};
+use crate::model::{Ask, Domain, Finding, IndexSpace, Model, Parameter, Question, Value};
 use crate::sample::Observations;
 use crate::spelling::{exact, number as written};
 
 /// Checks parameters against their kinds, and given values against their domains.
 pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
     for parameter in model.parameters.values() {
+        rows(model, parameter, inputs)?;
         for value in inputs.find(&parameter.name).unwrap_or_default() {
             if let Some(expected) = parameter.kind.refuses(*value) {
                 return Err(Error::input(
@@ -43,6 +44,30 @@ pub(crate) fn inputs(model: &Model, question: &Question, inputs: &Inputs<'_, f64
         }
     }
     Ok(())
+}
+
+/// Refuses a default whose rows do not have the sizes that are given.
+fn rows(model: &Model, parameter: &Parameter, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
+    if parameter.rows.len() != parameter.over.len() || inputs.find(&parameter.name).is_some() {
+        return Ok(());
+    }
+    let length = |over: &IndexSpace| match over {
+        IndexSpace::Set(set) => inputs.find_size(&model.sets[*set].name),
+        IndexSpace::Range(range) => {
+            count(model, &Domain::Finite { labels: Vec::new(), range: Some(*range) }, inputs)
+        }
+    };
+    let known: Vec<Option<usize>> = parameter.over.iter().map(length).collect();
+    let fits = |(own, known): (&usize, &Option<usize>)| known.is_none_or(|known| known == *own);
+    if parameter.rows.iter().zip(&known).all(fits) {
+        return Ok(());
+    }
+    let by = |lengths: Vec<String>| lengths.join(" × ");
+    let own = by(parameter.rows.iter().map(usize::to_string).collect());
+    let sizes =
+        by(known.iter().map(|known| known.map_or("any".to_owned(), |known| known.to_string())).collect());
+    let message = format!("its list is {own} numbers, but it is declared with {sizes}");
+    Err(Error::input(&parameter.name, message))
 }
 
 /// Refuses an element that a question names by its number, and that its set, once its size is known, does not have.
@@ -108,9 +133,9 @@ fn fixed(model: &Model, variable: VariableId, ordinal: usize, inputs: &Inputs<'_
 fn given(model: &Model, variable: VariableId, name: &str, inputs: &Inputs<'_, f64>) -> Result<(), Error> {
     let domain = &model.variables[variable].domain;
     let count = count(model, domain, inputs);
-    let several = model.variables[variable].family.is_some();
+    let several = model.variables[variable].family.is_some() || matches!(domain, Domain::Vector(_));
     for value in inputs.find(name).unwrap_or_default() {
-        // An element of a family that is not known.
+        // An element of a family, or a component of a vector, that is not known.
         if several && value.is_nan() {
             continue;
         }

@@ -5,7 +5,8 @@
 //!
 //! P(D = d, x) = Σ_c w_c [d_c = d] N(x; m_c, Σ_c)   (Lauritzen 1992)
 
-use super::mixture::{Mixture, density};
+use super::Figure;
+use super::mixture::{Component, Mixture, density};
 use super::one_real::{Peak, highest};
 use super::part::{PartLaw, Slot, ordinals};
 use crate::operators::entropy_term;
@@ -76,6 +77,17 @@ impl ConditionalGaussian {
         own.map(|(_, own)| own.weight * density(&own.mean, &own.covariance, at)).sum()
     }
 
+    /// The probability of values of the finite slots together with a point of the reals, or their density there.
+    pub(crate) fn figure(&self, values: &[usize], at: &[f64]) -> Figure {
+        let own = self.values.iter().zip(&self.mixture.0).filter(|(own, _)| *own == values);
+        let own = Mixture(own.map(|(_, own)| own.clone()).collect());
+        // Where no component has these values, the others tell what a value of the reals has.
+        match own.0.is_empty() && !self.mixture.0.iter().all(Component::is_point) {
+            true => Figure::Density { density: 0.0 },
+            false => own.figure(at),
+        }
+    }
+
     /// The entropy in nats: that of the finite slots, and the mean of that of the reals given them, of which there is one, or one
     /// component at each combination of values.
     pub(crate) fn entropy(&self, of: &[Slot]) -> f64 {
@@ -92,7 +104,7 @@ impl ConditionalGaussian {
     }
 
     /// The values of the finite slots and of the reals at which probability times density is largest, all of several, and this
-    /// product; of reals as in [`ConditionalGaussian::entropy`]. Of reals that determine each other the density is that of the first
+    /// product; of reals as in [`ConditionalGaussian::entropy`], or of points. Of reals that determine each other the density is that of the first
     /// in this order of them.
     pub(crate) fn modes(&self, of: &[Slot], order: &[usize]) -> Vec<(Vec<usize>, Peak)> {
         let finite: Vec<Slot> = apart(of).0.into_iter().map(|place| of[place].clone()).collect();
@@ -101,6 +113,7 @@ impl ConditionalGaussian {
         for (at, mixture) in self.given_each(&finite) {
             let inside = match mixture.0.as_slice() {
                 [only] => vec![only.peak(order)],
+                _ if order.len() > 1 => mixture.points(),
                 _ => mixture.of_slot(0).modes(),
             };
             values.extend(inside.iter().map(|_| ordinals(&finite, at)));

@@ -3,7 +3,9 @@
 //! In: weights, means and covariances. Out: moments, cumulative probabilities, quantiles and densities. Invariant: the
 //! weights sum to one; tails are sums of tails, never differences from one.
 
+use super::Figure;
 use super::quantile::not_rounding;
+use crate::distribution::ROUNDING;
 use crate::operators::normal_cumulative;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -24,6 +26,11 @@ pub struct Component {
 pub struct Mixture(pub Vec<Component>);
 
 impl Component {
+    /// Whether it has one value.
+    pub(crate) fn is_point(&self) -> bool {
+        (0..self.mean.len()).all(|place| self.deviation(place) == 0.0)
+    }
+
     /// The standard deviation of a slot.
     pub(crate) fn deviation(&self, place: usize) -> f64 {
         self.covariance[place * self.mean.len() + place].max(0.0).sqrt()
@@ -108,6 +115,24 @@ impl Mixture {
                 return not_rounding(near.next().unwrap_or(to), self.deviation(place));
             }
             if is_below(middle) { from = middle } else { to = middle }
+        }
+    }
+
+    /// The probability of a point that some components are, up to rounding; else the density of the others there.
+    pub(crate) fn figure(&self, at: &[f64]) -> Figure {
+        let (points, others): (Vec<&Component>, Vec<&Component>) =
+            self.0.iter().partition(|own| own.is_point());
+        let agrees = |own: &&&Component| {
+            let mut pairs = own.mean.iter().zip(at);
+            pairs.all(|(mean, at)| (mean - at).abs() <= ROUNDING * mean.abs().max(at.abs()))
+        };
+        let p: f64 = points.iter().filter(agrees).map(|own| own.weight).sum();
+        match p > 0.0 || others.is_empty() {
+            true => Figure::Probability { p },
+            false => {
+                let density = others.iter().map(|own| own.weight * density(&own.mean, &own.covariance, at));
+                Figure::Density { density: density.sum() }
+            }
         }
     }
 

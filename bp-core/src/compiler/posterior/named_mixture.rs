@@ -5,7 +5,9 @@
 
 use super::Figure;
 use super::named_law::NamedLaw;
+use crate::random::Random;
 use crate::sample::Moments;
+use rand::RngExt;
 
 /// One component.
 #[derive(Clone, PartialEq, Debug)]
@@ -51,6 +53,18 @@ impl NamedMixture {
             let inside = own.covariance[one * own.laws.len() + other];
             inside + (own.laws[one].mean() - means[0]) * (own.laws[other].mean() - means[1])
         })
+    }
+
+    /// Values of all slots drawn at random, which are independent in each component.
+    pub(crate) fn draw(&self, random: &mut Random) -> Vec<f64> {
+        let mut left: f64 = random.random();
+        let passed = |own: &&NamedComponent| {
+            left -= own.weight;
+            left < 0.0
+        };
+        let last = || self.0.iter().rfind(|own| own.weight > 0.0);
+        let own = self.0.iter().find(passed).or_else(last).expect("internal: a mixture has components");
+        own.laws.iter().map(|law| law.draw(random)).collect()
     }
 
     /// The density of a slot at a real.

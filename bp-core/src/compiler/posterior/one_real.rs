@@ -145,6 +145,25 @@ impl Component {
     }
 }
 
+impl Mixture {
+    /// The most probable of the points that its components are, all of several.
+    pub(crate) fn points(&self) -> Vec<Peak> {
+        let mut all: Vec<Peak> =
+            self.0.iter().map(|own| Peak { at: own.mean.clone(), free: 0, size: own.weight }).collect();
+        let order = |one: &Peak, other: &Peak| {
+            let pairs = one.at.iter().zip(&other.at).map(|(one, other)| one.total_cmp(other));
+            pairs.fold(std::cmp::Ordering::Equal, |so_far, own| so_far.then(own))
+        };
+        all.sort_by(order);
+        all.dedup_by(|later, own| {
+            let equal = order(later, own).is_eq();
+            own.size += if equal { later.size } else { 0.0 };
+            equal
+        });
+        highest(all)
+    }
+}
+
 impl OneReal {
     /// The number of distinct components.
     pub(crate) fn count(&self) -> usize {

@@ -3,7 +3,7 @@
 //! In: a [`Part`], and a statistic of its distribution. Out: rows. Invariant: each number is exact to rounding; of several reals
 //! together there are moments, quantiles, draws, and of independent laws the entropy.
 
-use super::conditional::apart;
+use super::conditional::{ConditionalGaussian, apart};
 use super::one_real::{MOST_DISTINCT, OneReal, Peak};
 use super::part::{Part, PartLaw, Slot};
 use super::quantile::figures;
@@ -80,13 +80,16 @@ pub(crate) fn refused_values(model: &Model, ask: &Ask) -> Option<String> {
         ));
     }
     let is_real = |id: &VariableId| !model.variables[*id].domain.is_finite();
-    let reals =
-        ask.searched.iter().map(|item| item.variable).chain(ask.known.iter().map(|known| known.variable));
+    let searched = || ask.searched.iter().map(|item| item.variable);
+    let reals = || searched().chain(ask.known.iter().map(|known| known.variable));
     let is_determined = |id: &VariableId| {
         is_real(id) && model.factor_of(*id).is_some_and(|factor| model.factors[factor].form.has_point())
     };
     let determined = ask.searched.iter().filter(is_at).map(|item| item.variable).find(is_determined);
-    if let Some(determined) = determined.filter(|_| reals.filter(is_real).count() > 1) {
+    // What finite variables determine is a point whatever else is known.
+    let is_met =
+        |id: &VariableId| !model.is_determined(*id, &|_| false) || searched().filter(is_real).count() > 1;
+    if let Some(determined) = determined.filter(|id| reals().filter(is_real).count() > 1 && is_met(id)) {
         let name = model.variable_name(determined);
         return Some(format!("`{name}` is determined by other variables: ask for `P({name} == …)`"));
     }
@@ -165,7 +168,18 @@ impl Part {
                     |(finite, peak): (Vec<usize>, Peak)| together((finite, peak.at.clone()), of_peak(&peak));
                 Ok(first_or_all(&ask.statistic, law.modes(&self.of, &order).into_iter().map(row).collect()))
             }
+            (
+                PartLaw::Mixture(mixture),
+                Statistic::Entropy | Statistic::Maximum | Statistic::Argmax { .. },
+            ) if !alone => {
+                let values = vec![Vec::new(); mixture.0.len()];
+                let law = ConditionalGaussian { values, mixture: mixture.clone() };
+                Self { law: PartLaw::ConditionalGaussian(law), ..self.clone() }.rows_of(model, ask, seed)
+            }
             (PartLaw::Mixture(mixture), Statistic::Draw(count)) => {
+                draws(*count, &|random| mixture.draw(random))
+            }
+            (PartLaw::NamedMixture(mixture), Statistic::Draw(count)) => {
                 draws(*count, &|random| mixture.draw(random))
             }
             (PartLaw::Laws { laws, .. }, Statistic::Draw(count)) => {
@@ -194,18 +208,22 @@ impl Part {
         }
     }
 
-    /// The row of the density at one value of each slot, with probabilities of the finite ones; named laws are independent.
+    /// The row of the density, or the probability, at one value of each slot, with probabilities of the finite ones; named laws are
+    /// independent.
     pub(crate) fn row_at(&self, model: &Model, values: &[f64]) -> Row {
         let (finite, reals) = apart(&self.of);
-        let density = match &self.law {
+        let figure = match &self.law {
             PartLaw::ConditionalGaussian(law) => {
                 let ordinals: Vec<usize> = finite.iter().map(|place| values[*place] as usize).collect();
                 let reals: Vec<f64> = reals.iter().map(|place| values[*place]).collect();
-                law.density(&ordinals, &reals)
+                law.figure(&ordinals, &reals)
             }
-            PartLaw::Laws { laws, .. } => laws.iter().zip(values).map(|(law, x)| law.density(*x)).product(),
-            PartLaw::NamedMixture(mixture) => mixture.density_at(values),
-            law => law.density(values),
+            PartLaw::Mixture(mixture) => mixture.figure(values),
+            PartLaw::Laws { laws, .. } => {
+                Figure::Density { density: laws.iter().zip(values).map(|(law, x)| law.density(*x)).product() }
+            }
+            PartLaw::NamedMixture(mixture) => Figure::Density { density: mixture.density_at(values) },
+            law => Figure::Density { density: law.density(values) },
         };
         let value = |(slot, value): (&Slot, &f64)| match slot.count {
             0 => exact(*value),
@@ -213,7 +231,7 @@ impl Part {
         };
         let names = self.of.iter().map(|slot| slot.name(model));
         let values = names.zip(self.of.iter().zip(values).map(value)).collect();
-        Row { values, figure: Figure::Density { density } }
+        Row { values, figure }
     }
 
     /// The entropy of one real with a named law or a mixture, in nats.

@@ -33,7 +33,7 @@ pub(super) fn shaped(name: &str, value: &Value) -> Result<(Vec<usize>, Vec<f64>)
     match value {
         Value::List(values) => {
             of_rows(values.iter().map(|value| shaped(name, value)).collect::<Result<_, _>>()?)
-                .ok_or_else(|| Error::input(name, "its rows have different lengths"))
+                .ok_or_else(|| uneven(name))
         }
         Value::Real(number) if number.is_finite() => Ok((Vec::new(), vec![*number + 0.0])),
         Value::Integer(number) => Ok((Vec::new(), vec![*number as f64])),
@@ -44,6 +44,10 @@ pub(super) fn shaped(name: &str, value: &Value) -> Result<(Vec<usize>, Vec<f64>)
             Ok((if all.len() == 1 { Vec::new() } else { vec![all.len()] }, all))
         }
     }
+}
+
+fn uneven(name: &str) -> Error {
+    Error::input(name, "its rows have different lengths")
 }
 
 /// Rows of one shape together.
@@ -71,13 +75,20 @@ fn listed_numbers(name: &str, text: &str) -> Result<(Vec<usize>, Vec<f64>), Erro
             '[' => depth += 1,
             ']' => depth -= 1,
             ',' if depth == 0 => {
-                rows.push(listed_numbers(name, inner[from..at].trim()).map_err(|_| wrong())?);
+                let row = inner[from..at].trim();
+                rows.push(match row.starts_with('[') {
+                    true => listed_numbers(name, row)?,
+                    false => return Err(wrong()),
+                });
                 from = at + 1;
             }
             _ => {}
         }
     }
-    of_rows(rows).filter(|_| depth == 0).ok_or_else(wrong)
+    if depth != 0 {
+        return Err(wrong());
+    }
+    of_rows(rows).ok_or_else(|| uneven(name))
 }
 
 fn number(name: &str, text: &str) -> Result<f64, Error> {

@@ -50,7 +50,7 @@ pub(crate) struct Asked {
 pub(crate) struct Written {
     values: Vec<(String, String)>,
     /// A value for each element of a family, or for each component of a vector.
-    lists: Vec<(String, Vec<String>)>,
+    lists: Vec<(String, Vec<Option<String>>)>,
     likelihoods: Vec<(String, Vec<f64>)>,
 }
 
@@ -85,8 +85,12 @@ impl Asked {
             }
         }
         for (name, values) in written.lists {
-            let values = values.into_iter().map(program_door::Value::Label).collect();
-            evidence.set(name, program_door::Value::List(values));
+            // A `null` is not observed, as an empty cell.
+            let values = values.into_iter().map(|value| match value {
+                Some(value) => program_door::Value::Label(value),
+                None => program_door::Value::Real(f64::NAN),
+            });
+            evidence.set(name, program_door::Value::List(values.collect()));
         }
         written.likelihoods.into_iter().for_each(|(name, weights)| {
             evidence.set(name, program_door::Value::Likelihood(weights));
@@ -120,10 +124,8 @@ impl Asked {
             Some(source) if source.text.trim_start().starts_with('{') => {
                 for (name, value) in object("--evidence", &source)? {
                     if let Value::Array(all) = &value {
-                        let all = all
-                            .iter()
-                            .map(|one| value_text(&name, one)?.ok_or_else(|| unreadable(&name, one)));
-                        let all = all.collect::<Result<_, Failure>>()?;
+                        let all =
+                            all.iter().map(|one| value_text(&name, one)).collect::<Result<_, Failure>>()?;
                         lists.push((name, all));
                         continue;
                     }

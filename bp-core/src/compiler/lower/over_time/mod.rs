@@ -97,7 +97,13 @@ impl Step {
     fn may_be_absent(&mut self, variable: VariableId, name: &str) -> ParameterId {
         let name = format!("whether {name} is given");
         let kind = ParameterKind::Integer;
-        let flag = self.model.parameters.push(Parameter { name, kind, default: vec![1.0], over: Vec::new() });
+        let flag = self.model.parameters.push(Parameter {
+            name,
+            kind,
+            default: vec![1.0],
+            rows: Vec::new(),
+            over: Vec::new(),
+        });
         self.absent.push((variable, flag));
         flag
     }

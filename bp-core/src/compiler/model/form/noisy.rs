@@ -5,40 +5,61 @@
 //!
 //! noisy or: P(X) = 1 − (1 − leak) Π (1 − pᵢ)^xᵢ: each present cause may produce the effect. noisy and: P(X) = (1 −
 //! leak) Π (1 − pᵢ)^(1 − xᵢ): each absent condition may prevent it (Pearl, *Probabilistic Reasoning in Intelligent
-//! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006). Noisy or is the sum p₁ + (1 − p₁) (p₂ + (1 − p₂) (…)), in which a
-//! small probability keeps its digits.
+//! Systems*, 1988, section 4.3.2; Díez and Druzdzel 2006). That any of several happens is the sum p₁ + (1 − p₁) (p₂ + (1 − p₂)
+//! (…)), that none does the product: both keep the digits of a small probability.
 
 use super::{Form, row_tolerance};
 use crate::ids::ExpressionId;
-use crate::model::{Expression, ModelBuilder, ParameterKind};
+use crate::model::{Expression, ModelBuilder};
 use crate::operators::Binary;
 
 impl ModelBuilder {
     /// A noisy or of (cause, probability that it is effective).
     pub fn noisy_or(&mut self, causes: &[(ExpressionId, ExpressionId)], leak: ExpressionId) -> Form {
-        let (zero, one) = (self.number(0.0), self.number(1.0));
-        let mut any = leak;
-        for (cause, chance) in causes {
-            let own = Expression::If { condition: *cause, then: *chance, otherwise: zero };
-            let own = self.expression(own);
-            let fails = self.binary(Binary::Subtract, one, own);
-            let others = self.binary(Binary::Multiply, fails, any);
-            any = self.binary(Binary::Add, own, others);
-        }
-        Form::Bernoulli(self.with_chances(any, causes, leak))
+        let zero = self.number(0.0);
+        let own = |(condition, chance): &(ExpressionId, ExpressionId)| Expression::If {
+            condition: *condition,
+            then: *chance,
+            otherwise: zero,
+        };
+        let [any, none] = self.any_or_none(causes, own, leak);
+        Form::Bernoulli(any, Some(none))
     }
 
     /// A noisy and of (condition, probability that its absence prevents the effect).
     pub fn noisy_and(&mut self, conditions: &[(ExpressionId, ExpressionId)], leak: ExpressionId) -> Form {
+        let zero = self.number(0.0);
+        let own = |(condition, chance): &(ExpressionId, ExpressionId)| Expression::If {
+            condition: *condition,
+            then: zero,
+            otherwise: *chance,
+        };
+        let [any, none] = self.any_or_none(conditions, own, leak);
+        Form::Bernoulli(none, Some(any))
+    }
+
+    /// The probability that any of several happens, and that none does.
+    fn any_or_none(
+        &mut self,
+        causes: &[(ExpressionId, ExpressionId)],
+        own: impl Fn(&(ExpressionId, ExpressionId)) -> Expression,
+        leak: ExpressionId,
+    ) -> [ExpressionId; 2] {
         let one = self.number(1.0);
-        let mut holds = self.binary(Binary::Subtract, one, leak);
-        for (condition, chance) in conditions {
-            let spared = self.binary(Binary::Subtract, one, *chance);
-            let factor = Expression::If { condition: *condition, then: one, otherwise: spared };
-            let factor = self.expression(factor);
-            holds = self.binary(Binary::Multiply, holds, factor);
+        let (mut any, mut none) = (leak, self.fails(one, leak));
+        for cause in causes {
+            let own = self.expression(own(cause));
+            let fails = self.binary(Binary::Subtract, one, own);
+            let others = self.binary(Binary::Multiply, fails, any);
+            any = self.binary(Binary::Add, own, others);
+            let fails = self.fails(one, own);
+            none = self.binary(Binary::Multiply, none, fails);
         }
-        Form::Bernoulli(self.with_chances(holds, conditions, leak))
+        [any, none].map(|probability| self.with_chances(probability, causes, leak))
+    }
+
+    fn fails(&mut self, one: ExpressionId, chance: ExpressionId) -> ExpressionId {
+        self.complement(chance).unwrap_or_else(|| self.binary(Binary::Subtract, one, chance))
     }
 
     /// A probability; if one of its factors lies outside [0, 1] by more than rounding, that factor, which is then refused as
@@ -51,7 +72,7 @@ impl ModelBuilder {
     ) -> ExpressionId {
         let mut result = probability;
         for chance in causes.iter().map(|(_, chance)| *chance).chain([leak]) {
-            if self.is_probability(chance) {
+            if self.so_far().is_probability(chance) {
                 continue;
             }
             let tolerance = if self.so_far().is_computed(chance) { row_tolerance(1) } else { 0.0 };
@@ -62,16 +83,5 @@ impl ModelBuilder {
             result = self.expression(Expression::If { condition, then: result, otherwise: chance });
         }
         result
-    }
-
-    /// Whether an expression lies in [0, 1] by construction.
-    fn is_probability(&self, id: ExpressionId) -> bool {
-        match self.so_far().expressions[id] {
-            Expression::Number(number) => (0.0..=1.0).contains(&number),
-            Expression::Parameter { parameter, .. } => {
-                self.so_far().parameters[parameter].kind == ParameterKind::Probability
-            }
-            _ => false,
-        }
     }
 }

@@ -10,6 +10,9 @@ use crate::ids::ExpressionId;
 use crate::model::ModelBuilder;
 use crate::operators::{Binary, Unary};
 
+/// A factor of weights whose total is beyond the range of numbers: a power of two.
+const SMALLER: f64 = 1.0 / 4_294_967_296.0;
+
 impl ModelBuilder {
     /// A softmax of scores, one for each value.
     pub fn softmax(&mut self, scores: &[ExpressionId]) -> Form {
@@ -26,7 +29,16 @@ impl ModelBuilder {
 
     /// A categorical form with probabilities proportional to these weights.
     pub(super) fn proportional(&mut self, weights: &[ExpressionId]) -> Form {
-        let zero = self.number(0.0);
+        let known: f64 = weights.iter().filter_map(|weight| self.so_far().constant(*weight)).sum();
+        // A total beyond the range of numbers: the same shares of smaller weights, without rounding.
+        let smaller: Vec<ExpressionId> = match known == f64::INFINITY {
+            true => {
+                let part = self.number(SMALLER);
+                weights.iter().map(|weight| self.binary(Binary::Multiply, *weight, part)).collect()
+            }
+            false => weights.to_vec(),
+        };
+        let (weights, zero) = (&smaller, self.number(0.0));
         let total = weights.iter().fold(zero, |sum, weight| self.binary(Binary::Add, sum, *weight));
         let share = |weight: &ExpressionId| self.binary(Binary::Divide, *weight, total);
         Form::Categorical(weights.iter().map(share).collect())

@@ -61,7 +61,7 @@ fn branch_faults(
             let message = format!("`half_flat` is a density of one real, but {}", is());
             faults.push(fault_with_help(place, message, "`uniform` gives each value the same probability"));
         }
-        Form::Bernoulli(argument) => {
+        Form::Bernoulli(argument, _) => {
             if *domain != Domain::Boolean {
                 let message = format!("`bernoulli` distributes a `bool`, but {}", is());
                 faults.push(fault_with_help(place, message, "`categorical` takes one probability per value"));

@@ -6,7 +6,7 @@
 use super::{Fault, Place, fault, fault_with_help};
 use crate::ids::{QuestionId, VariableId};
 use crate::model::{
-    Ask, Bound, Domain, Finding, IndexSpace, Known, Model, Question, Range, Statistic, Value, When,
+    Ask, Bound, Domain, Finding, IndexSpace, Known, Model, Question, Range, Searched, Statistic, Value, When,
 };
 use std::collections::HashSet;
 
@@ -197,6 +197,9 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
         let message = format!("`{word}` needs a whole distribution, but `{name}` has a given value");
         return Some(fault_with_help(place, message, "move it behind the bar, if it is known"));
     }
+    if let Some(fault) = part_fault(model, place, ask) {
+        return Some(fault);
+    }
     match ask.statistic {
         Statistic::Expectation | Statistic::Variance | Statistic::Quantile(_) | Statistic::Interval(_) => {
             let ordered = ask.statistic.levels().is_some();
@@ -232,6 +235,27 @@ fn statistic_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
         }
         _ => None,
     }
+}
+
+/// A value of one variable together with the whole distribution of a real: a law of the real is that over all values.
+fn part_fault(model: &Model, place: Place, ask: &Ask) -> Option<Fault> {
+    let wanted = ask.searched.iter().find(|item| item.at.is_some())?;
+    let is_real = |item: &&Searched| item.at.is_none() && !model.variables[item.variable].domain.is_finite();
+    let real = ask.searched.iter().find(is_real)?;
+    let of = |item: &Searched, known: Vec<Known>| {
+        let searched = vec![item.clone()];
+        model.ask_text(&Ask { statistic: Statistic::Distribution, when: ask.when, searched, known })
+    };
+    let evidence = Finding::Hard(wanted.at.clone()?);
+    let given = ask.known.iter().cloned().chain([Known { variable: wanted.variable, evidence }]);
+    let (alone, rest) = (of(wanted, ask.known.clone()), of(real, given.collect()));
+    let message = format!(
+        "`{}` asks for one value of `{}` and for the whole distribution of the real `{}`",
+        model.ask_text(ask),
+        model.variable_name(wanted.variable),
+        model.variable_name(real.variable)
+    );
+    Some(fault_with_help(place, message, format!("ask for `{alone}`, and for `{rest}`")))
 }
 
 /// A statistic that is not defined for its instants.

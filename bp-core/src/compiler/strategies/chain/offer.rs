@@ -4,7 +4,7 @@
 //! only the program and the sizes written in it, before any number is known; every factor of an accepted model has a
 //! potential.
 
-use crate::analysis::{carried, is_proper, of_form};
+use crate::analysis::{carried, is_proper, of_form, relevant_variables};
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Form, Model};
@@ -71,7 +71,12 @@ impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
         let ask = &asks[0];
         over_time::check(model, ask)?;
-        let carried = carried(model);
+        // A real that nothing asked or known depends on is not carried.
+        let relevant = relevant_variables(model, asks);
+        let is_needed = |(now, before): &(VariableId, VariableId)| {
+            model.variables[*now].domain.is_finite() || relevant.contains(now) || relevant.contains(before)
+        };
+        let carried: Vec<(VariableId, VariableId)> = carried(model).into_iter().filter(is_needed).collect();
         if let Some(reason) = refusal(model, ask, &carried) {
             let is_real = model.variables.values().any(|variable| !variable.domain.is_finite());
             let rest = if is_real { ", and not everything is linear and Gaussian" } else { "" };

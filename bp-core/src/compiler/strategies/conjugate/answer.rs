@@ -3,6 +3,8 @@
 //! In: a [`Conjugate`] offer and the host's inputs. Out: named distributions of unknowns, or the table of a predicted variable.
 //! Invariant: time and memory grow linearly with what is observed.
 
+mod predicted;
+
 use super::Conjugate;
 use super::likelihood::{Kind, contribution};
 use super::offer::{element_of, kind_of, predicate_of};
@@ -33,7 +35,10 @@ impl Prepared for Conjugate {
                 };
                 Ok(Found::Table(table, ln_evidence))
             }
-            false => posterior.unknowns(ask, ln_evidence, case.sampling.seed).map(Found::Answer),
+            false => match posterior.predicted_at(self, ask, ln_evidence)? {
+                Some(answer) => Ok(Found::Answer(answer)),
+                None => posterior.unknowns(ask, ln_evidence, case.sampling.seed).map(Found::Answer),
+            },
         };
         self.asks.iter().map(answer).collect()
     }
@@ -117,14 +122,25 @@ impl<'s> Posterior<'s> {
         let setting = self.setting;
         let mut ln = LnTerms::default();
         for id in &of.observed {
-            let components = setting.model.components(setting.model.factors[*id].left[0].variable);
+            let factor = &setting.model.factors[*id];
+            let components = setting.model.components(factor.left[0].variable);
+            let some_missing = factor
+                .right
+                .iter()
+                .any(|use_| setting.slots_of(use_.variable).any(|slot| self.values[slot].is_nan()));
             for instance in setting.instances(*id)? {
                 let slot = instance.left[0];
-                if instance.component > 0 || self.values[slot].is_nan() {
+                if instance.component > 0 {
+                    continue;
+                }
+                let value = &self.values[slot..slot + components];
+                if value.iter().all(|number| number.is_nan()) {
                     continue;
                 }
                 self.has_observations = true;
-                let value = &self.values[slot..slot + components];
+                if some_missing {
+                    self.reads_known(&instance)?;
+                }
                 let found = contribution(setting, &instance, value, &self.values, &self.is_unknown)?;
                 ln.add(found.ln_factor);
                 if !found.ln_factor.is_finite() {
@@ -143,6 +159,16 @@ impl<'s> Posterior<'s> {
         slots.sort_unstable();
         slots.into_iter().for_each(|slot| ln.add(self.unknowns[slot].0.ln_probability()));
         Ok(ln)
+    }
+
+    /// Refuses an instance whose form reads an element that is not observed.
+    fn reads_known(&self, instance: &Instance) -> Result<(), Error> {
+        let setting = self.setting;
+        let is_missing = |slot: &usize| self.values[*slot].is_nan() && !instance.left.contains(slot);
+        let Some(missing) = setting.reads(instance).into_iter().find(is_missing) else { return Ok(()) };
+        let (name, factor) = (setting.slot_name(missing), &setting.model.factors[instance.factor]);
+        let reason = format!("`{name}` is not observed, and `{}` depends on it", setting.model.head(factor));
+        Err(Error::Unplanned { question: setting.model.name.clone(), reason })
     }
 
     /// The values, with a valid one for each unknown.
@@ -203,42 +229,6 @@ impl<'s> Posterior<'s> {
     /// The probabilities that a predicate of one unknown does not hold and that it does.
     fn truth(&self, ask: &Ask, root: ExpressionId) -> Table {
         truth(self.setting, ask, root, &|slot| self.law_of(slot))
-    }
-
-    /// The distribution of a finite variable that is not observed.
-    fn predicted(&self, of: &Conjugate, ask: &Ask) -> Result<Table, Error> {
-        let (setting, model) = (self.setting, self.setting.model);
-        let variable = ask.searched[0].variable;
-        let slots = self.slots(variable);
-        let [slot] = slots.as_slice() else {
-            let reason = "one element is predicted at a time: ask for each".to_owned();
-            return Err(Error::Unplanned { question: model.ask_text(ask), reason });
-        };
-        let count = setting.count(setting.variable_of(*slot));
-        let mut cells = vec![0.0; count];
-        if !self.values[*slot].is_nan() {
-            cells[self.values[*slot] as usize] = 1.0;
-        } else {
-            let instance = self.instance(of, *slot)?;
-            for (value, cell) in cells.iter_mut().enumerate() {
-                let found =
-                    contribution(setting, &instance, &[value as f64], &self.values, &self.is_unknown)?;
-                *cell = match found.slot {
-                    Some(slot) => self.unknowns[&slot].1.predicts(&found.observed, found.ln_factor),
-                    None => found.ln_factor.exp(),
-                };
-            }
-        }
-        Ok(Table::read(model, (ask, model.ask_text(ask)), &[variable], cells, None, &[count]))
-    }
-
-    /// The instance that distributes a slot.
-    fn instance(&self, of: &Conjugate, slot: usize) -> Result<Instance, Error> {
-        let variable = self.setting.variable_of(slot);
-        let own = of.observed.iter().find(|id| self.setting.model.factors[**id].left[0].variable == variable);
-        let all = self.setting.instances(*own.expect("internal: what is predicted is among the factors"))?;
-        let found = all.into_iter().find(|instance| instance.left == [slot]);
-        Ok(found.expect("internal: each slot has an instance"))
     }
 }
 

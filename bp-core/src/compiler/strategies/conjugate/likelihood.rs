@@ -37,7 +37,7 @@ pub(super) fn is_conjugate(model: &Model, form: &Form, kind: &dyn Fn(VariableId)
         Form::If { condition, then, otherwise } => {
             is_free(*condition) && is_conjugate(model, then, kind) && is_conjugate(model, otherwise, kind)
         }
-        Form::Bernoulli(probability) => is(*probability, Kind::Probability) || is_free(*probability),
+        Form::Bernoulli(probability, _) => is(*probability, Kind::Probability) || is_free(*probability),
         Form::Categorical(entries) => are_proportions(entries) || entries.iter().all(|id| is_free(*id)),
         Form::Multinomial { trials, probabilities } => is_free(*trials) && are_proportions(probabilities),
         Form::Law { law, arguments } if arguments.iter().any(|id| !is_free(*id)) => {
@@ -151,7 +151,7 @@ pub(super) fn contribution(
     let left = setting.variable_of(instance.left[0]);
     let first = setting.number_at(left, value[0]);
     let found = match form {
-        Form::Bernoulli(probability) => {
+        Form::Bernoulli(probability, _) => {
             let unknown = read(resolved(*probability));
             unknown.map(|use_| (slot(use_), Observed::Trials([first, 1.0 - first]), 0.0))
         }
@@ -163,11 +163,20 @@ pub(super) fn contribution(
         }
         Form::Multinomial { trials, probabilities } => {
             let unknown = proportions(model, probabilities).filter(|use_| is_unknown(use_.variable));
-            unknown.map(|use_| {
-                let all: f64 = value.iter().sum();
-                let fits = value.iter().all(|count| is_count(*count)) && all == number(*trials);
-                (slot(use_), Observed::Counts(value.to_vec()), ln_factor(fits, &|| ln_ways(all, value)))
-            })
+            match (unknown, counts(value, number(*trials))) {
+                (Some(use_), Some(value)) => {
+                    let all: f64 = value.iter().sum();
+                    let fits = value.iter().all(|count| is_count(*count)) && all == number(*trials);
+                    let ln_factor = ln_factor(fits, &|| ln_ways(all, &value));
+                    Some((slot(use_), Observed::Counts(value), ln_factor))
+                }
+                (Some(_), None) => {
+                    let head = model.head(&model.factors[instance.factor]);
+                    let reason = format!("several components of `{head}` are not observed");
+                    return Err(Error::Unplanned { question: model.name.clone(), reason });
+                }
+                (None, _) => None,
+            }
         }
         Form::Law { law, arguments } => {
             let last = resolved(arguments[arguments.len() - 1]);
@@ -225,6 +234,14 @@ pub(super) fn contribution(
             Ok(Contribution { slot: None, observed: Observed::Counts(Vec::new()), ln_factor })
         }
     }
+}
+
+/// The counts of so many trials, of which one may be missing: it is the rest of the trials.
+fn counts(value: &[f64], trials: f64) -> Option<Vec<f64>> {
+    let known = || value.iter().filter(|count| !count.is_nan());
+    let rest = trials - known().sum::<f64>();
+    let complete = |count: &f64| if count.is_nan() { rest } else { *count };
+    (known().count() + 1 >= value.len()).then(|| value.iter().map(complete).collect())
 }
 
 fn is_count(number: f64) -> bool {

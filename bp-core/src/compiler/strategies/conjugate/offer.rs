@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::law::Law;
 use crate::model::{
-    Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Searched, Statistic,
+    Ask, DerivedKind, Domain, Expression, Finding, Form, Known, Model, Question, Searched, Statistic, Value,
     VariableUse,
 };
 use crate::posterior::{refused_of_reals, refused_values};
@@ -134,7 +134,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
             let searched = ask.searched[0].variable;
             searched == left || element_of(model, searched).is_some_and(|(use_, _)| use_.variable == left)
         };
-        let is_predicted = is_finite(left) && asks.iter().any(predicted);
+        // A real is predicted at one value.
+        let at_value = |ask: &Ask| ask.searched[0].at.is_some() || !predicted(ask);
+        let is_predicted = asks.iter().any(predicted) && (is_finite(left) || asks.iter().all(at_value));
         if factor.left.len() > 1 || !is_known(left) && !is_predicted {
             return Err(format!("`{head}` is neither a conjugate prior nor observed"));
         }
@@ -154,7 +156,9 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Conjugate, String> {
 
 /// Whether a variable is known by one value.
 pub(super) fn is_observed(model: &Model, known: &Known) -> bool {
-    match known.evidence {
+    match &known.evidence {
+        // Of proportions all counts but one tell the last.
+        Finding::Hard(Value::Vector(numbers)) => numbers.iter().filter(|number| number.is_nan()).count() < 2,
         Finding::Hard(_) => true,
         Finding::Each => !model.variables[known.variable].domain.is_finite(),
         _ => false,
@@ -278,6 +282,14 @@ fn refused_ask(
         return (ask.searched.len() > 1)
             .then(|| "one finite variable is predicted at a time: ask for each".to_owned());
     }
+    if let ([only], Statistic::Distribution) = (ask.searched.as_slice(), &ask.statistic)
+        && only.at.is_some()
+        && !is_unknown(origin(only.variable))
+        && model.variables[only.variable].domain == Domain::Real
+        && model.variables[only.variable].family.is_none()
+    {
+        return None;
+    }
     if let Some(item) = ask.searched.iter().find(|item| !has_prior(origin(item.variable))) {
         let name = model.variable_name(item.variable);
         return Some(format!("`{name}` is neither finite nor has a conjugate prior"));
@@ -289,23 +301,34 @@ fn refused_ask(
     if let Some(why) = refused_of_reals(&ask.statistic, reals) {
         return Some(why);
     }
-    let is_vector = |item: &Searched| model.components(item.variable) > 1;
-    if matches!(ask.statistic, Statistic::Draw(_)) && ask.searched.iter().any(is_vector) {
-        return Some("proportions are drawn by draws of the program".to_owned());
-    }
-    refused_values(model, ask).or_else(|| dependent_values(model, ask))
+    refused_values(model, ask)
+        .or_else(|| dependent_values(model, ask))
+        .or_else(|| dependent_draws(model, ask))
 }
 
-/// Why the density of several unknowns at values is not computed: components of proportions depend on each other.
-pub(super) fn dependent_values(model: &Model, ask: &Ask) -> Option<String> {
+/// A searched variable that is a vector or a component, where several are searched: components of proportions depend on each other.
+fn dependent<'a>(model: &Model, ask: &'a Ask) -> Option<&'a Searched> {
     let has_components = |item: &&Searched| {
         model.components(item.variable) > 1
             || element_of(model, item.variable).is_some_and(|(_, component)| component.is_some())
     };
     let several =
         ask.searched.len() > 1 || ask.searched.iter().any(|item| model.components(item.variable) > 1);
+    ask.searched.iter().find(has_components).filter(|_| several)
+}
+
+/// Why unknowns are not drawn from their distributions one by one.
+pub(super) fn dependent_draws(model: &Model, ask: &Ask) -> Option<String> {
+    let is_draw = matches!(ask.statistic, Statistic::Draw(_));
+    dependent(model, ask)
+        .filter(|_| is_draw)
+        .map(|_| "proportions are drawn by draws of the program".to_owned())
+}
+
+/// Why the density of several unknowns at values is not computed: components of proportions depend on each other.
+pub(super) fn dependent_values(model: &Model, ask: &Ask) -> Option<String> {
     let at = ask.searched.iter().any(|item| item.at.is_some());
-    let item = ask.searched.iter().find(has_components).filter(|_| at && several)?;
+    let item = dependent(model, ask).filter(|_| at)?;
     let name = model.variable_name(item.variable);
     Some(format!(
         "the density of several components of `{name}` together is not computed: ask for each alone"

@@ -8,15 +8,15 @@
 
 use super::answer::{Posterior, truth_cells};
 use super::offer::{
-    Conjugate, NO_PRIOR, conjugate_faults, dependent_values, element_of, is_observed, kind_among, parted,
-    predicate_of,
+    Conjugate, NO_PRIOR, conjugate_faults, dependent_draws, dependent_values, element_of, is_observed,
+    kind_among, parted, predicate_of,
 };
 use crate::analysis::{of_form, relevant_factors};
 use crate::distribution::{LnTerms, Setting, ln_terms, ln_weights};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::model::{Ask, Model, Question, Statistic};
+use crate::model::{Ask, Finding, Known, Model, Question, Statistic};
 use crate::posterior::{
     Answer, NamedComponent, NamedMixture, Part, PartLaw, Slot, Table, refused_of_reals, refused_values,
 };
@@ -44,11 +44,15 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Result<Summed, String> {
     if model.plate.is_some() || asks[0].when.is_over_time() {
         return Err(NO_PRIOR.to_owned());
     }
-    if let Some(known) = asks[0].known.iter().find(|known| !is_observed(model, known)) {
+    let is_weighed = |known: &Known| matches!(known.evidence, Finding::Virtual(_));
+    if let Some(known) = asks[0].known.iter().find(|known| !is_observed(model, known) && !is_weighed(known)) {
         return Err(format!("`{}` is not observed at one value", model.variable_name(known.variable)));
     }
     let is_finite = |id: VariableId| model.variables[id].domain.is_finite();
-    let is_given = |id: VariableId| asks[0].known.iter().any(|known| known.variable == id);
+    // A variable with a likelihood remains hidden.
+    let observed = asks[0].known.iter().filter(|known| !is_weighed(known));
+    let given: Vec<VariableId> = observed.map(|known| known.variable).collect();
+    let is_given = |id: VariableId| given.contains(&id);
     let of_unknowns = |id: VariableId| {
         let unknown = |(use_, _): (&crate::model::VariableUse, Option<usize>)| !is_finite(use_.variable);
         element_of(model, id).is_some_and(unknown) || of_an_unknown(model, id).is_some()
@@ -129,8 +133,13 @@ fn refused_ask(
     if let Some(why) = refused_values(model, ask).or_else(|| dependent_values(model, ask)) {
         return Some(why);
     }
-    let moments =
-        matches!(ask.statistic, Statistic::Distribution | Statistic::Expectation | Statistic::Variance);
+    if let Some(why) = dependent_draws(model, ask) {
+        return Some(why);
+    }
+    let moments = matches!(
+        ask.statistic,
+        Statistic::Distribution | Statistic::Expectation | Statistic::Variance | Statistic::Draw(_)
+    );
     match moments || ask.statistic.levels().is_some() {
         true => refused_of_reals(&ask.statistic, searched.len()),
         false => {
@@ -159,13 +168,19 @@ impl Summed {
         &self,
         setting: &Setting<'_>,
         slots: &[usize],
-        (observed, number): (&[f64], usize),
+        (observed, number): (&Observations, usize),
     ) -> Result<Option<Combination>, Error> {
         let counts = slots.iter().map(|slot| setting.count(setting.variable_of(*slot)));
         let ordinals = radix::in_order(number, counts);
-        let mut values = observed.to_vec();
+        let mut values = observed.values.clone();
         slots.iter().zip(&ordinals).for_each(|(slot, ordinal)| values[*slot] = *ordinal as f64);
-        let (posterior, ln_weight) = Posterior::at(setting, &self.given, values)?;
+        let of = |(slot, weights): &(usize, Vec<f64>)| weights[values[*slot] as usize].ln();
+        let likelihood: f64 = observed.likelihoods.iter().map(of).sum();
+        if likelihood == f64::NEG_INFINITY {
+            return Ok(None);
+        }
+        let (posterior, mut ln_weight) = Posterior::at(setting, &self.given, values)?;
+        ln_weight.add(likelihood);
         if ln_weight.is_nothing() {
             return Ok(None);
         }
@@ -202,7 +217,7 @@ impl Prepared for Summed {
         }
         let found: Vec<Option<Combination>> = (0..combinations as usize)
             .into_par_iter()
-            .map(|number| self.combination(setting, &slots, (&observations.values, number)))
+            .map(|number| self.combination(setting, &slots, (&observations, number)))
             .collect::<Result<_, Error>>()?;
         let mut found: Vec<Combination> = found.into_iter().flatten().collect();
         let lns: Vec<LnTerms> = found.iter().map(|own| own.ln_weight).collect();

@@ -39,7 +39,11 @@ pub(crate) fn rows(
     };
     let means = || (0..law.len()).map(|own| law.mean(own)).collect::<Vec<f64>>();
     if let (Some(values), Statistic::Distribution) = (Observations::searched(setting, ask)?, &ask.statistic) {
-        return Ok(vec![at(&values, Figure::Density { density: law.ln_density(&values).exp() })]);
+        let density = law.ln_density(&values).exp();
+        return Ok(vec![match law.is_determined() {
+            true => at(&values, Figure::Probability { p: density }),
+            false => at(&values, Figure::Density { density }),
+        }]);
     }
     Ok(match &ask.statistic {
         Statistic::Entropy => vec![row(Vec::new(), Figure::Entropy { entropy: law.entropy(), error: None })],
@@ -49,7 +53,10 @@ pub(crate) fn rows(
         }
         // The density is largest at the mean; the most likely sequence is answered by the mean of each instant.
         Statistic::Maximum | Statistic::Argmax { .. } if ask.when != When::Sequence => {
-            vec![at(&means(), Figure::Density { density: law.ln_largest_density().exp() })]
+            vec![match law.is_determined() {
+                true => at(&means(), Figure::Probability { p: 1.0 }),
+                false => at(&means(), Figure::Density { density: law.ln_largest_density().exp() }),
+            }]
         }
         Statistic::Draw(count) => {
             check_draws(|| setting.model.ask_text(ask), *count as f64 * law.len() as f64)?;

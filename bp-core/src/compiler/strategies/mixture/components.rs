@@ -4,12 +4,14 @@
 //! values of the finite variables, parents first; weights are relative, as logarithms; impossible components are left out.
 
 use super::Mixture;
+use crate::analysis::{Scope, is_linear_in};
 use crate::distribution::{Instance, LinearMean, LnTerms, Setting};
 use crate::error::Error;
 use crate::exec::scalar::Scalar;
 use crate::sample::Observations;
 use crate::strategies::gaussian::SlotLaw;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// One combination of values of the finite variables.
 #[derive(Clone, Debug)]
@@ -43,7 +45,11 @@ pub(super) fn components(
         .collect();
     let mut all =
         vec![Component { ln_weight: LnTerms::default(), values, points: 0, law: SlotLaw::new(true) }];
+    // Of a known real that forms may read in any way, elements and components may be missing.
+    let numbers = route.numbers.iter().flat_map(|variable| setting.slots_of(*variable));
+    let missing: Vec<usize> = numbers.filter(|slot| observations.values[*slot].is_nan()).collect();
     for instance in setting.in_order(&route.factors)? {
+        without_missing(setting, &instance, &missing)?;
         let is_weighed = route.weighed.contains(&instance.factor);
         let step = |component: Component| match is_real[instance.left[0]] {
             true if is_weighed => weighed(setting, &instance, observations, component),
@@ -57,6 +63,23 @@ pub(super) fn components(
     let points = all.iter().map(|component| component.points).max();
     all.retain(|component| Some(component.points) == points);
     Ok(all)
+}
+
+/// Refuses a form that reads a missing value in a way that is not linear.
+fn without_missing(setting: &Setting<'_>, instance: &Instance, missing: &[usize]) -> Result<(), Error> {
+    let reads = if missing.is_empty() { BTreeSet::new() } else { setting.reads(instance) };
+    let Some(slot) = missing.iter().find(|slot| reads.contains(slot) && !instance.left.contains(slot)) else {
+        return Ok(());
+    };
+    let factor = &setting.model.factors[instance.factor];
+    let scope: Scope = missing.iter().map(|slot| setting.variable_of(*slot)).collect();
+    let is_finite = setting.model.variables[factor.left[0].variable].domain.is_finite();
+    if !is_finite && factor.left.len() == 1 && is_linear_in(setting.model, &factor.form, &scope) {
+        return Ok(());
+    }
+    let (name, head) = (setting.slot_name(*slot), setting.model.head(factor));
+    let reason = format!("`{name}` is not observed, and `{head}` depends on it");
+    Err(Error::Unplanned { question: setting.model.name.clone(), reason })
 }
 
 /// A component with one real more.
@@ -89,10 +112,9 @@ fn weighed(
     mut component: Component,
 ) -> Result<Vec<Component>, Error> {
     let slot = instance.left[0];
+    // An element of which the data have no value, and which nothing reads.
     if observations.values[slot].is_nan() {
-        let name = setting.slot_name(slot);
-        let reason = format!("`{name}` is not known, and its distribution is not normal");
-        return Err(Error::Unplanned { question: setting.model.name.clone(), reason });
+        return Ok(vec![component]);
     }
     component.ln_weight.add(setting.ln_density(instance, &component.values)?);
     Ok(if component.ln_weight.is_nothing() { Vec::new() } else { vec![component] })

@@ -7,7 +7,7 @@ use crate::analysis::{Scope, is_linear_in, of_form, relevant_factors};
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
-use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Searched, Statistic};
+use crate::model::{Ask, Domain, Finding, IndexSpace, Known, Model, Question, Searched, Statistic};
 use crate::posterior::{refused_of_reals, refused_values};
 use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
@@ -40,12 +40,12 @@ pub struct Mixture {
 pub(crate) struct Engine;
 
 impl strategies::Engine for Engine {
-    fn offer(&self, model: &Model, asks: &[Ask], _: &Turn<'_>) -> Result<Route, Error> {
-        offer(model, asks).map(Route::Mixture).map_err(|why| refused(model, asks, &why))
+    fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
+        offer(model, asks, turn.forced).map(Route::Mixture).map_err(|why| refused(model, asks, &why))
     }
 }
 
-fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
+fn offer(model: &Model, asks: &[Ask], forced: bool) -> Result<Mixture, String> {
     if let Some(why) = asks.iter().find_map(|ask| refused_ask(model, ask)) {
         return Err(why);
     }
@@ -101,9 +101,13 @@ fn offer(model: &Model, asks: &[Ask]) -> Result<Mixture, String> {
     if finite.is_empty() && numbers.is_empty() {
         return one_kind();
     }
-    // A vector that is distributed as a whole has no kernel, and sums do not add points to densities.
-    let has_sums = |id: &FactorId| !model.factors[*id].form.couples() && !is_mixed_at_value(model, asks, *id);
-    if linear.iter().all(known) && factors.iter().all(has_sums) {
+    // Chosen by name it answers these too. A vector has no kernel, and sums do not add points to densities.
+    let has_sums = |id: &FactorId| {
+        let factor = &model.factors[*id];
+        let is_vector = matches!(model.variables[factor.left[0].variable].domain, Domain::Vector(_));
+        !is_vector && !is_mixed_at_value(model, asks, *id)
+    };
+    if !forced && linear.iter().all(known) && factors.iter().all(has_sums) {
         return Err("all reals are observed: densities at single values are factors of sums".to_owned());
     }
     finite.retain(|id| !known(id) && Some(*id) != model.plate_index());
@@ -153,8 +157,9 @@ pub(super) fn is_context(model: &Model, known: &Known) -> bool {
         && Some(known.variable) != model.plate_index()
 }
 
+/// Whether all of a variable is known by values.
 fn is_hard(known: &Known) -> bool {
-    matches!(known.evidence, Finding::Hard(_) | Finding::Each)
+    known.is_whole() || known.evidence == Finding::Each
 }
 
 /// The factors of known reals that are no part of the linear equations, where the values of these reals are numbers; or why the reals
@@ -200,7 +205,8 @@ fn refused_ask(model: &Model, ask: &Ask) -> Option<String> {
     }
     let finite = ask.searched.iter().filter(|item| is_finite(item.variable)).count();
     if finite == 0 {
-        let reals = ask.searched.iter().map(|item| size(model, item.variable)).sum();
+        // Of several reals it depends on what is summed out.
+        let reals = if is_of_both(&ask.statistic) { 1 } else { ask.searched.len() };
         if let Some(why) = refused_of_reals(&ask.statistic, reals) {
             return Some(why);
         }
@@ -242,8 +248,8 @@ fn is_of_both(statistic: &Statistic) -> bool {
     )
 }
 
-/// Why the entropy or the mode of finite variables and several reals is not computed: where other finite variables are summed out,
-/// each combination of values has a mixture of several reals.
+/// Why the entropy or the mode of several reals is not computed: where other finite variables are summed out, each combination of
+/// values has a mixture of several reals, unless these are determined.
 fn refused_mixture(model: &Model, ask: &Ask, finite: &[VariableId]) -> Option<String> {
     let needs_one =
         matches!(ask.statistic, Statistic::Entropy | Statistic::Maximum | Statistic::Argmax { .. });
@@ -253,6 +259,12 @@ fn refused_mixture(model: &Model, ask: &Ask, finite: &[VariableId]) -> Option<St
         .map(|id| size(model, id))
         .sum();
     let word = ask.statistic.word();
+    let is_known = |id: VariableId| ask.known.iter().any(|known| known.variable == id && is_hard(known));
+    let is_open = |item: &Searched| {
+        let is_real = !model.variables[item.variable].domain.is_finite();
+        is_real && !model.is_determined(item.variable, &is_known)
+    };
+    let needs_one = needs_one && ask.searched.iter().any(is_open);
     let other = finite.iter().find(|id| !searched(id)).filter(|_| needs_one && reals > 1)?;
     let other = model.variable_name(*other);
     Some(format!(

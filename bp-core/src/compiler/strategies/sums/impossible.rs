@@ -88,7 +88,7 @@ fn observed(model: &Model, known: &Known, inputs: &Inputs<'_, f64>) -> String {
     match &known.evidence {
         Finding::Hard(Value::Ordinal(ordinal)) => format!("{name} = {}", domain.value_spelled(*ordinal)),
         Finding::Hard(Value::Real(number)) => format!("{name} = {}", exact(*number)),
-        Finding::Hard(Value::Vector(numbers)) => format!("{name} = {}", list(numbers)),
+        Finding::Hard(Value::Vector(numbers)) => model.components_text(known.variable, numbers),
         Finding::Hard(Value::Given(given)) => match inputs.find(given) {
             Some([number]) => match domain.ordinal_among(*number, None).filter(|_| domain.is_finite()) {
                 Some(ordinal) => format!("{name} = {}", domain.value_spelled(ordinal)),

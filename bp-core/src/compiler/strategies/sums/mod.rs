@@ -10,10 +10,10 @@ pub(crate) use impossible::{error as impossible, judged};
 
 use super::{Offered, Prepared, Purpose, Route, Turn, refused};
 use crate::analysis::relevant_factors;
-use crate::equation::{self, Exact, Line, Marked, Notation, Strategy};
+use crate::equation::{self, Exact, Line, Marked, Notation, Strategy, Term, reachable};
 use crate::error::Error;
-use crate::ids::FactorId;
-use crate::model::{Ask, Model, Question, Statistic};
+use crate::ids::{FactorId, TermId};
+use crate::model::{Ask, Domain, Model, Question, Statistic};
 
 /// The strategy.
 pub(crate) struct Engine;
@@ -38,7 +38,7 @@ impl super::Engine for Engine {
                     return Err(refused(model, asks, &reason));
                 }
                 let exact = equation::exact(model, asks.to_vec(), turn.options)?;
-                match relevant_factors(model, asks).into_iter().find_map(|id| coupled(model, id)) {
+                match vector(model, asks, &exact) {
                     Some(head) => {
                         let reason = format!("`{head}` distributes a vector, which has no kernel");
                         Err(refused(model, asks, &reason))
@@ -80,10 +80,19 @@ pub(crate) fn is_mixed_at_value(model: &Model, asks: &[Ask], id: FactorId) -> bo
     is_mixed && !model.variables[left].domain.is_finite() && (is_known() || is_asked())
 }
 
-/// The head of a factor that distributes the components of a vector together.
-fn coupled(model: &Model, id: FactorId) -> Option<String> {
-    let factor = &model.factors[id];
-    factor.form.couples().then(|| model.head(factor))
+/// The head of a factor that distributes a vector: its components together, or in a product of the equation.
+fn vector(model: &Model, asks: &[Ask], exact: &Exact) -> Option<String> {
+    let coupled = |id: &FactorId| model.factors[*id].form.couples();
+    let is_vector = |id: &FactorId| {
+        matches!(model.variables[model.factors[*id].left[0].variable].domain, Domain::Vector(_))
+    };
+    let of_term = |id: TermId| match exact.terms[id] {
+        Term::Factor(factor) => Some(factor),
+        _ => None,
+    };
+    let used = || reachable(&exact.terms, &[exact.joint]).into_iter().filter_map(of_term);
+    let found = relevant_factors(model, asks).into_iter().find(coupled).or_else(|| used().find(is_vector));
+    found.map(|id| model.head(&model.factors[id]))
 }
 
 impl Offered for Exact {

@@ -107,7 +107,7 @@ fn offer(
         let head = model.head(&model.factors[*id]);
         return Err(refused(format!("`{head}` is improper: {}", Form::FLAT)));
     }
-    let steps = steps(model, &factors, &observed).map_err(refused)?;
+    let steps = steps(model, &factors, &observed, by).map_err(refused)?;
     let known: Vec<VariableId> = asks[0].known.iter().map(|known| known.variable).collect();
     let integrated = match by {
         Strategy::Gibbs => integrated(model, &steps, &observed, &known),
@@ -191,6 +191,7 @@ fn steps(
     model: &Model,
     factors: &[FactorId],
     observed: &[VariableId],
+    by: Strategy,
 ) -> Result<Vec<(FactorId, Treatment)>, String> {
     let mut solved: Vec<(FactorId, FactorId)> = Vec::new();
     for id in factors {
@@ -201,6 +202,12 @@ fn steps(
         }
         // The component itself is observed.
         if model.named_component(left).is_some() {
+            continue;
+        }
+        // Draws of finite variables meet its values. (Chains would not leave the first one that they meet.)
+        let is_hidden = |id: &VariableId| !observed.contains(id) && model.variables[*id].domain.is_finite();
+        let may_be_met = by == Strategy::Weighting || !of_form(model, *id).iter().any(is_hidden);
+        if may_be_met && model.is_determined(left, &|id| observed.contains(&id)) {
             continue;
         }
         let name = model.variable_name(left);

@@ -116,19 +116,35 @@ impl Checker<'_> {
         numbers
     }
 
-    /// Whether a list of rows has the rows of a parameter of two ranges.
+    /// A list of rows has the rows of a parameter, as far as its sizes are known.
     fn rows_fit(&mut self, name: &Name, written: &ast::Expr, parameter: ParameterId) {
-        let rows = parts(written);
+        let rows: Vec<usize> = parts(written).into_iter().map(|row| parts(row).len()).collect();
+        let is_row = |row: &&ast::Expr| matches!(row.kind, ExprKind::Vector(_));
         let counts = self.model.so_far().parameters[parameter].over.iter();
         let counts: Vec<Option<usize>> = counts.map(|over| self.model.so_far().index_count(over)).collect();
-        let is_row = |row: &&ast::Expr| matches!(row.kind, ExprKind::Vector(_));
-        if let ([Some(high), Some(wide)], true) = (counts.as_slice(), rows.iter().any(is_row))
-            && (rows.len() != *high || rows.iter().any(|row| parts(row).len() != *wide))
-        {
-            let message =
-                format!("`{}` has {high} rows of {wide} numbers, but this list has other rows", name.text);
-            self.complain(written.span(), message);
-        }
+        let ([high, wide], true) = (counts.as_slice(), parts(written).iter().any(is_row)) else { return };
+        let (least, most) = (rows.iter().min().copied(), rows.iter().max().copied());
+        let fits = high.is_none_or(|high| rows.len() == high)
+            && wide.is_none_or(|wide| least == Some(wide) && most == Some(wide));
+        let message = match (high, wide, least, most) {
+            (_, _, Some(least), Some(most)) if fits && least != most => {
+                format!("the rows of `{}` have different lengths: {least} and {most}", name.text)
+            }
+            (_, _, Some(wide), _) if fits => {
+                return self.model.default_rows(parameter, vec![rows.len(), wide]);
+            }
+            (Some(high), Some(wide), ..) => {
+                format!("`{}` has {high} rows of {wide} numbers, but this list has other rows", name.text)
+            }
+            (None, Some(wide), ..) => {
+                format!("`{}` has rows of {wide} numbers, but this list has other rows", name.text)
+            }
+            (Some(high), None, ..) => {
+                format!("`{}` has {high} rows, but this list has {}", name.text, rows.len())
+            }
+            _ => return,
+        };
+        self.complain(written.span(), message);
     }
 
     pub(super) fn space(&mut self, space: &ast::Space) -> Option<IndexSpace> {

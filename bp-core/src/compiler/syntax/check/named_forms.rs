@@ -99,7 +99,8 @@ impl Checker<'_> {
                             None
                         }
                         (id, found) => {
-                            self.expect(argument.span(), &found, &Type::Number).then_some(Form::Bernoulli(id))
+                            let is_number = self.expect(argument.span(), &found, &Type::Number);
+                            is_number.then(|| self.model.bernoulli(id))
                         }
                     },
                 }

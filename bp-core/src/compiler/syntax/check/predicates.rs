@@ -19,7 +19,9 @@ impl Checker<'_> {
         let model = self.model.so_far();
         let Expression::Binary(Binary::Equal, left, right) = model.expressions[root] else { return None };
         let real = |id: &ExpressionId| match &model.expressions[*id] {
-            Expression::Variable(use_) => model.variables[use_.variable].domain == Domain::Real,
+            Expression::Variable(use_) => {
+                matches!(model.variables[use_.variable].domain, Domain::Real | Domain::Vector(_))
+            }
             _ => false,
         };
         model.nodes_below(root).iter().any(real).then(|| {

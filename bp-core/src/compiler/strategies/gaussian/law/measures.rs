@@ -71,6 +71,11 @@ impl NormalLaw {
         values.iter().enumerate().map(&mut of).sum()
     }
 
+    /// Whether all of it is determined: it has one value, which has a probability.
+    pub(crate) fn is_determined(&self) -> bool {
+        self.len() > 0 && Triangular::of(self.clone()).pivots.is_empty()
+    }
+
     /// The entropy, in nats; −∞ of a singular law.
     pub(crate) fn entropy(&self) -> f64 {
         0.5 * self.len() as f64 - self.ln_largest_density()
