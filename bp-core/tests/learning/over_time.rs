@@ -338,3 +338,21 @@ fn the_law_of_the_start_can_be_unknown_and_is_written_back() {
     learner.observe_sequence(&[case.clone(), case]).unwrap();
     assert!((learner.learned().unwrap().report.ln_likelihood - 2.0 * 0.8f64.ln()).abs() < 1e-6);
 }
+
+/// With a = P(true | false) and b = P(true | true) the likelihood of the rows is ½ a · ½ (1 − b) · ½ (a + b) · ½ b, which is largest at
+/// a = 1 and b = 1/√3.
+#[test]
+fn a_missing_cell_of_the_instant_before() {
+    use bp_core::prelude::*;
+    let text = "program Pairs { variables { X, X^-1 : bool; } decomposition { P(X^-1) P(X | X^-1) }
+        forms { P(X^-1) = previous(X) else bernoulli(0.5); P(X | X^-1) = unknown(histogram); } }";
+    let rows = Learning::new()
+        .column("X", ["true", "false", "true", "true"])
+        .column("X^-1", ["false", "true", "", "true"]);
+    let learned = Program::parse(text).unwrap().learn(rows).unwrap();
+    let text = learned.text().unwrap();
+    let p = learned.program().ask("P(X = true | X^-1 = true)").unwrap().number().unwrap();
+    assert!((p - 1.0 / 3f64.sqrt()).abs() < 1e-5, "{text}");
+    let p = learned.program().ask("P(X = true | X^-1 = false)").unwrap().number().unwrap();
+    assert!((p - 1.0).abs() < 1e-5, "{text}");
+}

@@ -78,7 +78,9 @@ impl Learner {
         }
         if over_time {
             self.begin(String::new());
-            sequential.into_iter().for_each(|(key, weight)| self.take(key, weight));
+            // Beside cells of X^-1 a row without one is a transition of which it is hidden.
+            let apart = sequential.iter().any(|(key, _)| !self.is_instant(key));
+            sequential.into_iter().for_each(|(key, weight)| self.take(key, weight, apart));
             return Ok(());
         }
         self.observed.append(distinct);
@@ -151,7 +153,10 @@ impl Learner {
         }
         for (name, keys) in sequences {
             self.begin(name);
-            keys.into_iter().for_each(|key| self.take(key, 1.0));
+            keys.into_iter().for_each(|key| {
+                let apart = !self.is_instant(&key);
+                self.take(key, 1.0, apart);
+            });
         }
         Ok(())
     }

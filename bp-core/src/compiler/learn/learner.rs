@@ -72,7 +72,8 @@ impl Learner {
     /// A number is not a value of its variable, or the variable has no such element; the case is then ignored.
     pub fn observe(&mut self, case: &Case) -> Result<(), Error> {
         let key = self.key(case)?;
-        self.take(key, 1.0);
+        let apart = !self.is_instant(&key);
+        self.take(key, 1.0, apart);
         Ok(())
     }
 
@@ -84,7 +85,10 @@ impl Learner {
         self.is_over_time()?;
         let keys: Vec<Vec<u64>> = cases.iter().map(|case| self.key(case)).collect::<Result<_, _>>()?;
         self.begin(String::new());
-        keys.into_iter().for_each(|key| self.take(key, 1.0));
+        keys.into_iter().for_each(|key| {
+            let apart = !self.is_instant(&key);
+            self.take(key, 1.0, apart);
+        });
         Ok(())
     }
 
@@ -104,7 +108,7 @@ impl Learner {
     }
 
     /// Whether a case is an instant of a sequence: a case with X^-1 is a separate transition.
-    fn is_instant(&self, key: &[u64]) -> bool {
+    pub(super) fn is_instant(&self, key: &[u64]) -> bool {
         let Program { model, slots, .. } = &self.learnable.program;
         let before = |slot: usize| model.variables[slots[slot].variable].previous_of.is_some();
         let mut all = (0..slots.len()).filter(|slot| before(*slot)).peekable();
@@ -150,15 +154,16 @@ impl Learner {
                 }
             }
         }
-        self.take(key, 1.0);
+        let apart = !self.is_instant(&key);
+        self.take(key, 1.0, apart);
         Ok(())
     }
 
-    /// Adds a checked case.
-    pub(super) fn take(&mut self, key: Vec<u64>, weight: f64) {
+    /// Adds a checked case: apart, or as the next instant of the last sequence.
+    pub(super) fn take(&mut self, key: Vec<u64>, weight: f64, apart: bool) {
         self.cases += 1;
         count_seen(&mut self.seen, &key);
-        if self.is_instant(&key) {
+        if !apart {
             if self.sequences.is_empty() {
                 self.begin(String::new());
             }
