@@ -97,6 +97,8 @@ pub(crate) fn batch<'py>(
     Ok((found.rows, found.names, columns.collect(), found.reasons))
 }
 
+/// The answers of a table, part by part: while a part is answered by all threads, another thread adds the answers before it
+/// and reads the cases after it.
 fn answered(
     program: &Program,
     table: &Table,
@@ -104,15 +106,31 @@ fn answered(
     unwanted: &AtomicBool,
 ) -> Result<Found, Error> {
     let (mut found, rows, mut most) = (Found::default(), table.len(), ROWS[0]);
+    let mut read = most.min(rows);
+    let mut cases = table.part(0, read)?;
+    let mut before: Option<Batch> = None;
     loop {
-        let (from, begun) = (found.rows, Instant::now());
-        let cases = table.part(from, most.min(rows - from))?;
-        found.add(program.batch(Cases::of_records(cases).only(only))?);
+        let (begun, more) = (Instant::now(), most.min(rows - read));
+        let answer = || program.batch(Cases::of_records(cases).only(only));
+        let mut beside = || {
+            before.take().into_iter().for_each(|batch| found.add(batch));
+            table.part(read, more)
+        };
+        let (batch, next) = match more {
+            0 => (answer(), beside()),
+            _ => std::thread::scope(|scope| {
+                let beside = scope.spawn(beside);
+                (answer(), beside.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            }),
+        };
+        let batch = batch?;
+        if more == 0 {
+            found.add(batch);
+            return Ok(found);
+        }
+        (before, cases, read) = (Some(batch), next?, read + more);
         if begun.elapsed() < GLANCE {
             most = (4 * most).min(ROWS[1]);
-        }
-        if found.rows >= rows {
-            return Ok(found);
         }
         if unwanted.load(Relaxed) {
             return Err(Error::Interrupted);

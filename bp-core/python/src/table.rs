@@ -10,7 +10,7 @@ use arrow_array::types::{
     Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type,
     UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, BooleanArray};
+use arrow_array::{Array, ArrayRef, BooleanArray, LargeStringArray, StringArray, StringViewArray};
 use arrow_schema::DataType;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Error, Records};
@@ -38,6 +38,10 @@ pub(crate) struct Table {
 enum Cells {
     /// Of Arrow, or numbers of numpy, without a copy.
     Arrow(ArrayRef),
+    /// Texts of Arrow, without a copy: most columns are these, and finding the type of an array takes longer than a text.
+    Strings(StringArray),
+    LargeStrings(LargeStringArray),
+    Views(StringViewArray),
     /// Categories: the name of each, and the position of that of each row.
     Categories(Vec<Option<usize>>, ArrayRef),
     /// As text; empty where missing.
@@ -149,6 +153,9 @@ impl Cells {
     fn len(&self) -> usize {
         match self {
             Cells::Arrow(array) => array.len(),
+            Cells::Strings(texts) => texts.len(),
+            Cells::LargeStrings(texts) => texts.len(),
+            Cells::Views(texts) => texts.len(),
             Cells::Categories(keys, _) => keys.len(),
             Cells::Texts(texts) => texts.len(),
         }
@@ -159,6 +166,10 @@ impl Cells {
         // Writing to a string cannot fail.
         match self {
             Cells::Arrow(array) => arrow_cell(array, row, words, text),
+            Cells::Strings(texts) if texts.is_valid(row) => text.push_str(texts.value(row)),
+            Cells::LargeStrings(texts) if texts.is_valid(row) => text.push_str(texts.value(row)),
+            Cells::Views(texts) if texts.is_valid(row) => text.push_str(texts.value(row)),
+            Cells::Strings(_) | Cells::LargeStrings(_) | Cells::Views(_) => {}
             Cells::Categories(keys, names) => {
                 if let Some(key) = keys[row] {
                     arrow_cell(names, key, words, text);
@@ -195,7 +206,12 @@ fn arrow(name: &str, array: &ArrayRef) -> PyResult<Cells> {
         return Ok(Cells::Categories(keys, categories.values().clone()));
     }
     plain(name, array.data_type())?;
-    Ok(Cells::Arrow(array.clone()))
+    Ok(match array.data_type() {
+        DataType::Utf8 => Cells::Strings(array.as_string().clone()),
+        DataType::LargeUtf8 => Cells::LargeStrings(array.as_string().clone()),
+        DataType::Utf8View => Cells::Views(array.as_string_view().clone()),
+        _ => Cells::Arrow(array.clone()),
+    })
 }
 
 /// Refuses a type whose cells are no values.
