@@ -114,22 +114,20 @@ fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl W
         };
     };
     let names: Vec<String> = part.of.iter().map(|slot| slot.name(found.model())).collect();
+    let bits = found.entropy()? / LN_2;
     if arguments.json {
         let rows: Vec<&[f64]> = covariance.chunks(names.len()).collect();
         let mut answer = json!({
             "variables": names,
             "mean": mean,
             "covariance": rows,
-            "entropy_nats": match found.entropy()? {
-                entropy if entropy.is_finite() => json!(entropy),
-                _ => json!("-infinite"),
-            },
+            "entropy_bits": if bits.is_finite() { json!(bits) } else { json!("-infinite") },
         });
         certainty(&mut answer, found.answer());
         return write_json(&answer, out);
     }
     write!(out, "{}", found.answer())?;
-    Ok(writeln!(out, "\n  entropy of all together = {} nats", six_digits(found.entropy()?))?)
+    Ok(writeln!(out, "\n  H of all together = {} bits", six_digits(bits))?)
 }
 
 /// H = −Σ p log₂ p, in bits.

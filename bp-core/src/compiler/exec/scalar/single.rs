@@ -59,6 +59,27 @@ fn logarithm_of_normal(x: f32, n: f32) -> f32 {
     (f + tail) + e * LN_2_HIGH
 }
 
+/// Below it the exponential would be subnormal, and is set to 0.
+const SMALLEST: f32 = -87.3;
+
+/// m and n of eˣ = m · 2ⁿ, of x not above 89; those of [`SMALLEST`] below it.
+#[inline(always)]
+fn exponential_parts(x: f32) -> (f32, i32) {
+    let x = if x < SMALLEST { SMALLEST } else { x };
+    // The whole number n is read from the low bits: a conversion would not be vectorised.
+    let rounded = x * std::f32::consts::LOG2_E + ROUND;
+    let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()) as i32);
+    let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
+    let coefficients = [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
+    (polynomial(x, coefficients) * x * x + x + 1.0, whole)
+}
+
+/// 2ⁿ, of n from −126 to 127.
+#[inline(always)]
+fn power_of_two(n: i32) -> f32 {
+    f32::from_bits((n.wrapping_add(127) as u32) << 23)
+}
+
 impl Scalar for f32 {
     type Number = f64;
     const ZERO: f32 = 0.0;
@@ -107,21 +128,13 @@ impl Scalar for f32 {
 
     #[inline(always)]
     fn exponential(self) -> f32 {
-        // e⁸⁹ is infinite; below e⁻⁸⁷·³ results would be subnormal and are set to 0; NaN stays NaN.
-        let x = if self < -87.3 { -87.3 } else { self };
-        let x = if x > 89.0 { 89.0 } else { x };
-        // The whole number n is read from the low bits: a conversion would not be vectorised.
-        let rounded = x * std::f32::consts::LOG2_E + ROUND;
-        let (n, whole) = (rounded - ROUND, rounded.to_bits().wrapping_sub(ROUND.to_bits()) as i32);
-        let x = (x - n * LN_2_HIGH) - n * LN_2_LOW;
-        let coefficients =
-            [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
-        let value = polynomial(x, coefficients) * x * x + x + 1.0;
+        // e⁸⁹ is infinite; NaN stays NaN.
+        let x = if self > 89.0 { 89.0 } else { self };
+        let (value, n) = exponential_parts(x);
         // Two multiplications, so that the last one makes the result infinite.
-        let half = whole >> 1;
-        let power = |n: i32| f32::from_bits((n.wrapping_add(127) as u32) << 23);
-        let value = value * power(half) * power(whole.wrapping_sub(half));
-        if self < -87.3 { 0.0 } else { value }
+        let half = n >> 1;
+        let value = value * power_of_two(half) * power_of_two(n.wrapping_sub(half));
+        if self < SMALLEST { 0.0 } else { value }
     }
 
     #[inline(always)]
@@ -169,7 +182,11 @@ impl Scalar for f32 {
             1.000_023_7,
             -1.265_512_2,
         ];
-        let half_tail = 0.5 * t * (polynomial(t, coefficients) - z * z).exponential();
+        // The exponent is at most 0, up to rounding: the power of two is a normal number.
+        let exponent = polynomial(t, coefficients) - z * z;
+        let (value, n) = exponential_parts(exponent);
+        let bell = if exponent < SMALLEST { 0.0 } else { value * power_of_two(n) };
+        let half_tail = 0.5 * t * bell;
         if self < 0.0 { half_tail } else { 1.0 - half_tail }
     }
 }
