@@ -4,11 +4,13 @@
 //! progress report does not change the result. A process does one long work at a time, so the state is global, like the
 //! signals.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 static DONE: AtomicUsize = AtomicUsize::new(0);
 static TOTAL: AtomicUsize = AtomicUsize::new(0);
 static STOPPED: AtomicBool = AtomicBool::new(false);
+static ADVICE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Requests that the current work stops early with its result so far; `false` if none can.
 pub fn stop() -> bool {
@@ -27,6 +29,36 @@ pub fn resume() {
 /// Whether a stop was requested.
 pub fn is_stopped() -> bool {
     STOPPED.load(Relaxed)
+}
+
+/// The kind of work that runs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Running {
+    /// Draws, of which there may be none yet.
+    Draws,
+    /// Steps of learning, each of which leaves estimates.
+    Steps,
+}
+
+/// The work that runs.
+pub fn running() -> Option<Running> {
+    match TOTAL.load(Relaxed) {
+        0 => None,
+        WITHOUT_END => Some(Running::Steps),
+        _ => Some(Running::Draws),
+    }
+}
+
+/// Sets what a user may do where the work that follows takes long.
+pub fn advise(advice: Option<String>) {
+    if let Ok(mut own) = ADVICE.lock() {
+        *own = advice;
+    }
+}
+
+/// What a user may do where work takes long.
+pub fn advice() -> Option<String> {
+    ADVICE.lock().ok().and_then(|advice| advice.clone())
 }
 
 /// The steps done, and the total; `None` if no long work runs, or the total is unknown.

@@ -41,6 +41,24 @@ const SUBJECTS: [(&str, &str); 22] = [
     ("covariance matrix", "normal"),
 ];
 
+/// Names of other texts, with the entry that has what they mean.
+const ELSEWHERE: [(&str, &str); 14] = [
+    ("gauss gaussian", "normal"),
+    ("hmm hidden_markov_model markov_chain bayes_filter forward", "filter"),
+    ("kalman kalman_filter", "filter"),
+    ("forward_backward backward smoother smoothing", "smooth"),
+    ("viterbi map_sequence", "sequence"),
+    ("forecast forecasting prediction", "predict"),
+    ("mode map mpe", "argmax"),
+    ("mean average expected", "expectation"),
+    ("sample sampling", "draw"),
+    ("quantiles median percentile", "quantile"),
+    ("credible_interval hdi ci", "interval"),
+    ("plate loop for", "prod"),
+    ("mixture_model gmm clusters", "mixture"),
+    ("delta deterministic", "dirac"),
+];
+
 /// An entry.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Entry {
@@ -81,6 +99,17 @@ pub fn named(name: &str) -> Vec<Entry> {
     let bare = name.trim_start_matches('-');
     let is_named = |one: &&str| *one == name || one.strip_prefix("--") == Some(bare);
     entries().into_iter().filter(|entry| entry.names.iter().any(is_named)).collect()
+}
+
+/// The entries of a name, or of what it means in other texts: `kalman` is `filter`.
+pub fn meant(name: &str) -> Vec<Entry> {
+    let found = named(name);
+    let plain = name.to_lowercase().replace([' ', '-'], "_");
+    let elsewhere = ELSEWHERE.iter().find(|(others, _)| others.split(' ').any(|other| other == plain));
+    match elsewhere {
+        Some((_, here)) if found.is_empty() => named(here),
+        _ => found,
+    }
 }
 
 /// What to say about a name without an entry.
@@ -126,6 +155,8 @@ mod tests {
         assert!(entries().iter().all(|entry| !entry.text.is_empty() && !entry.names.is_empty()));
         assert!(named("--plot") == named("plot") && named("plot").len() == 1);
         assert_eq!(named("max").len(), 2);
+        assert!(ELSEWHERE.iter().all(|(_, name)| entries().iter().any(|entry| entry.names.contains(name))));
+        assert_eq!(meant("Kalman filter"), named("filter"));
         assert!(unknown("poison").contains("poisson"));
         assert_eq!(about("`normal` takes 2 arguments, found 1").as_deref(), Some("normal"));
         assert_eq!(about("form `norml` is not known; known forms are …").as_deref(), Some("forms"));

@@ -296,7 +296,7 @@ fn columns_of_plates_and_sizes_are_checked() {
         ),
         (
             "C,L\n0,2\n0,3\n",
-            "column `L`: `L` is a family; its elements have columns of their own, such as `L[1]`",
+            "column `L`: `L` is a family; its elements have columns of their own, such as `L[0]`; a table with a row for each element is given by `--rows`",
         ),
     ];
     for (data, expected) in cases {

@@ -2,6 +2,7 @@
 //!
 //! In: arguments, files and pipes. Out: its output, its exit status, and the files that it leaves.
 
+mod apart;
 mod cases;
 mod columns;
 #[cfg(feature = "serve")]
@@ -20,6 +21,7 @@ mod mistakes;
 mod networks;
 #[path = "../support/node.rs"]
 mod node;
+mod notes;
 mod page_answers;
 mod plots;
 mod rows;

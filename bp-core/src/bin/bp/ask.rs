@@ -15,7 +15,7 @@ use bp_core::compiler::answer::{
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
-use bp_core::compiler::plan::Options;
+use bp_core::compiler::plan::{Options, Strategy, plan_for_answer};
 use bp_core::compiler::progress;
 use bp_core::program::settings::{Meaning, Settings, names_of};
 use std::collections::{BTreeMap, BTreeSet};
@@ -77,7 +77,7 @@ pub(crate) struct Arguments {
     /// Over time: the column that identifies the sequence of a row; sequences are answered separately.
     #[arg(long, value_name = "COLUMN")]
     sequence: Option<String>,
-    /// Over time, and of rows: columns to ignore.
+    /// Columns of the table to ignore; may be repeated.
     #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     pub(crate) ignore: Vec<String>,
     #[command(flatten)]
@@ -152,6 +152,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             false => compile_sized(&model, question, options),
         })
         .collect::<Result<_, _>>()?;
+    progress::advise(advice(&model, &compiled, &questions, options));
     let names = names_of(&model, &compiled)?;
     let settings =
         Settings::read(&model, &arguments.settings, &names)?.with_rows(&rows).with_inferred_sizes(&model);
@@ -161,34 +162,38 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
         let by = (sampling, options);
         let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
+        data::note_unread(&model, &questions, &table, &others);
         let how = (arguments.json, arguments.all);
-        if let Some(path) = &arguments.plot {
-            let drawn: Vec<Answer> = sequences
-                .iter()
-                .filter_map(|(_, answers)| answers.as_ref().ok())
-                .flatten()
-                .cloned()
-                .collect();
-            plot::answers(&model, &drawn, path, out)?;
-        }
-        return write_sequences(&sequences, arguments.sequence.as_deref(), how, out);
+        let column = arguments.sequence.as_deref();
+        let titled: Vec<Answer> =
+            sequences.iter().flat_map(|(name, answers)| titled(column, name, answers)).collect();
+        let drawn = draw(arguments, &model, titled.iter(), out);
+        write_sequences(&sequences, arguments.sequence.as_deref(), how, out)?;
+        return drawn;
     }
+    let has_no_table = rows.is_empty() && arguments.data.is_none();
     if let (Some(question), true) =
-        (questions.first(), rows.is_empty() && !arguments.ignore.is_empty() || arguments.sequence.is_some())
+        (questions.first(), arguments.sequence.is_some() || has_no_table && !arguments.ignore.is_empty())
     {
         let text = model.ask_text(&question.asks[0]);
-        let message = "`--sequence` applies to questions over time, with `--data`, and `--ignore` to those or to `--rows`";
+        let message = "`--sequence` applies to questions over time, with `--data`, and `--ignore` to `--data` or `--rows`";
         return Err(Error::input(text, message).into());
     }
     if let Some(path) = &arguments.data {
-        let table = data::open(path, &arguments.separator)?;
+        let table = data::open(path, &arguments.separator)?.without(&arguments.ignore)?;
         let cases = cases::answers(&model, &questions, &table, &settings, (sampling, options))?;
-        if let Some(path) = &arguments.plot {
-            let drawn: Vec<Answer> =
-                cases.iter().filter_map(|(_, answers)| answers.as_ref().ok()).flatten().cloned().collect();
-            plot::answers(&model, &drawn, path, out)?;
+        data::note_unread(&model, &questions, &table, &OtherColumns::default());
+        let has_instants = model.variables.values().any(|variable| variable.previous_of.is_some());
+        if let (Some(question), true) = (questions.first(), has_instants) {
+            let text = model.ask_text(&question.asks[0]);
+            program::warn(&format!(
+                "note: each row is answered alone; for a series of instants write `filter {text}` or `smooth {text}`"
+            ));
         }
-        return write_cases(&cases, (arguments.json, arguments.all), out);
+        let answered = cases.iter().filter_map(|(_, answers)| answers.as_ref().ok());
+        let drawn = draw(arguments, &model, answered.flatten(), out);
+        write_cases(&cases, (arguments.json, arguments.all), out)?;
+        return drawn;
     }
     let inputs = settings.inputs();
     if arguments.table {
@@ -206,13 +211,49 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             break;
         }
     }
-    if let Some(path) = &arguments.plot {
-        plot::answers(&model, &answers, path, out)?;
+    let drawn = draw(arguments, &model, answers.iter(), out);
+    match arguments.json {
+        true => write_json(&one_or_several(&answers), out)?,
+        false => write_answers(&answers, arguments.all, out)?,
     }
-    if arguments.json {
-        return write_json(&one_or_several(&answers), out);
+    drawn
+}
+
+/// What makes an answer exact that is estimated: the reason of the closed form's refusal, where it says what to declare.
+fn advice(
+    model: &Model,
+    compiled: &[CompiledQuestion<'_>],
+    questions: &[Question],
+    options: Options,
+) -> Option<String> {
+    let estimated = compiled.iter().zip(questions).filter(|(compiled, _)| compiled.is_estimated());
+    let plans = estimated.filter_map(|(_, question)| plan_for_answer(model, question, options).ok());
+    let refusals = plans.flat_map(|plan| plan.offers).flatten();
+    let mut of_closed_form = refusals.filter(|offer| offer.strategy == Strategy::Conjugate);
+    of_closed_form.find_map(|offer| offer.refusal.filter(|why| why.contains("declare")))
+}
+
+/// The answers of a sequence, with its name beside the question.
+fn titled(column: Option<&str>, name: &str, answers: &cases::Answered) -> Vec<Answer> {
+    let mut answers = answers.as_ref().ok().cloned().unwrap_or_default();
+    if let Some(column) = column {
+        answers
+            .iter_mut()
+            .for_each(|answer| answer.question = format!("{}, {column} {name}", answer.question));
     }
-    write_answers(&answers, arguments.all, out)
+    answers
+}
+
+/// Draws the answers, if a picture is wanted; they are written also where there is none.
+fn draw<'a>(
+    arguments: &Arguments,
+    model: &Model,
+    answers: impl Iterator<Item = &'a Answer>,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let Some(path) = &arguments.plot else { return Ok(()) };
+    let drawn: Vec<Answer> = answers.cloned().collect();
+    plot::answers(model, &drawn, path, out)
 }
 
 /// The error that a value was not given, with its variable: what was meant as a value may be read as a name of one.

@@ -49,11 +49,18 @@ pub(crate) fn answers(
         let asked = ready.iter().map(|question| question.ask_filled(&inputs, Sampling { seed, ..sampling }));
         let answered = match asked.collect::<Result<Vec<_>, Error>>() {
             Err(error) if !error.is_of_one_case() => return Err(in_row(error).into()),
-            answered => answered.map(|answers| answers.concat()),
+            answered => answered.map(|answers| seeded(answers.concat(), sampling)),
         };
         answers.push((table.line(row), answered));
     }
     Ok(answers)
+}
+
+/// Answers that name the seed of the command, which repeats them, and not that of their row.
+pub(crate) fn seeded(mut answers: Vec<Answer>, sampling: Sampling) -> Vec<Answer> {
+    let estimates = answers.iter_mut().filter_map(|answer| answer.estimate.as_mut());
+    estimates.for_each(|estimate| estimate.seed = sampling.seed);
+    answers
 }
 
 /// The columns of an open variable: one, or one for each element of a family or component of a vector.

@@ -9,10 +9,12 @@ use crate::data::Separator;
 use crate::failure::{Failure, colour};
 use crate::numbers::count;
 use crate::output::{self, questions_of};
+use crate::parameters::{self, Free};
 use crate::planning::Planning;
-use crate::{html, latex, parameters, program, rows, wrap};
+use crate::{html, latex, program, rows, wrap};
 use bp_core::compiler::answer::{link, plan_sized};
 use bp_core::compiler::data::PlateData;
+use bp_core::compiler::distribution::Setting;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::kernel::in_words;
 use bp_core::compiler::lower::lower_printed;
@@ -113,8 +115,13 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         Some(settings) => plan_sized(&model, one, options, &settings.inputs()),
     };
     let plans: Vec<Planned<'_>> = questions.iter().map(planned).collect::<Result<_, Error>>()?;
+    // Of the program as it is written: families that are written out have a form for each element.
+    let inputs = settings.as_ref().map(Settings::inputs);
+    let sizes = inputs.as_ref().and_then(|inputs| Setting::new(&model, inputs).ok());
+    let sizes = sizes.as_ref();
     if arguments.json {
-        write_json(&plans, arguments.layout, arguments.forms, &mut page)?;
+        let free = parameters::free(&model, sizes);
+        write_json(&plans, free, (arguments.layout, arguments.forms), &mut page)?;
     } else if arguments.latex {
         write_latex(&model, &plans, arguments.standalone, arguments.forms, &mut page)?;
         if arguments.standalone {
@@ -122,11 +129,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
     } else {
         let bold = arguments.out.is_none() && colour(&std::io::stdout());
+        let free = parameters::in_words(&model, sizes);
         for (position, (model, plan)) in plans.iter().enumerate() {
             if position > 0 {
                 writeln!(page)?;
             }
-            write_text(model, plan, bold, arguments.forms, &mut page)?;
+            write_text((model, &free), plan, bold, arguments.forms, &mut page)?;
             if arguments.layout {
                 for line in layout(model, plan)? {
                     write!(page, "{}", wrap::wrapped("layout: ", &line, 4))?;
@@ -204,7 +212,7 @@ pub(crate) fn routes(plan: &Plan) -> String {
 }
 
 fn write_text(
-    model: &Model,
+    (model, free): (&Model, &str),
     plan: &Plan,
     bold: bool,
     forms: bool,
@@ -222,7 +230,7 @@ fn write_text(
         write!(out, "{}", wrap::wrapped_equation("      ", equation, 10))?;
     }
     writeln!(out)?;
-    write!(out, "{}", wrap::wrapped("decomposition: ", &parameters::in_words(model), 4))?;
+    write!(out, "{}", wrap::wrapped("decomposition: ", free, 4))?;
     write!(out, "{}", wrap::wrapped("route: ", &routes(plan), 4))?;
     for offer in plan.offers.iter().flatten() {
         write!(out, "{}", wrap::wrapped("offer: ", &offered(offer), 4))?;
@@ -264,7 +272,7 @@ fn write_latex(
 ) -> std::io::Result<()> {
     if standalone {
         latex::open(model, out)?;
-        latex::paragraph(&parameters::in_words(model), out)?;
+        latex::paragraph(&parameters::in_words(model, None), out)?;
     }
     for (position, (model, plan)) in plans.iter().enumerate() {
         let asked = asked(model, &plan.question);
@@ -288,11 +296,12 @@ fn write_latex(
 
 fn write_json(
     plans: &[Planned<'_>],
-    with_layout: bool,
-    forms: bool,
+    free: Free,
+    (with_layout, forms): (bool, bool),
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    let mut documents: Vec<_> = plans.iter().map(|(model, plan)| as_json(model, plan, forms)).collect();
+    let mut documents: Vec<_> =
+        plans.iter().map(|(model, plan)| as_json((model, free), plan, forms)).collect();
     if with_layout {
         for (document, (model, plan)) in documents.iter_mut().zip(plans) {
             document["layout"] = json!(layout(model, plan)?);
@@ -305,7 +314,7 @@ fn write_json(
     Ok(writeln!(out, "{text}")?)
 }
 
-fn as_json(model: &Model, plan: &Plan, forms: bool) -> serde_json::Value {
+fn as_json((model, free): (&Model, Free), plan: &Plan, forms: bool) -> serde_json::Value {
     let steps: Vec<_> = (derived(model, plan, forms, Notation::Unicode).into_iter())
         .zip(derived(model, plan, forms, Notation::Latex))
         .zip(derived(model, plan, forms, Notation::MathMl))
@@ -313,7 +322,6 @@ fn as_json(model: &Model, plan: &Plan, forms: bool) -> serde_json::Value {
             json!({ "rule": rule, "reason": reason, "equation": equation, "latex": latex, "mathml": mathml })
         })
         .collect();
-    let free = parameters::free(model);
     let costs: Vec<Table> = cost::tables(model, plan);
     let range: Vec<_> = (plan.marks(model, Notation::Unicode).into_iter())
         .map(|Marked { product, mark, reason }| {

@@ -40,7 +40,7 @@ pub(crate) fn write(
         figure(model, None, out)?;
     }
     writeln!(out, "<h2>The program</h2>\n<pre>{}</pre>", highlight::highlighted(text.trim()))?;
-    writeln!(out, "<p>{}.</p>", prose(&sentence(&parameters::in_words(model))))?;
+    writeln!(out, "<p>{}.</p>", prose(&sentence(&parameters::in_words(model, None))))?;
     for plan in plans {
         answer(model, plan, plans.len() == 1, forms, out)?;
     }

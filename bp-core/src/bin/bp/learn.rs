@@ -5,12 +5,14 @@
 
 use crate::data::{self, Separator};
 use crate::failure::{Failure, colour};
+use crate::learned::{counted, show, show_numbers};
 use crate::numbers::six_digits;
-use crate::wrap::{WIDTH, filled, wrapped};
 use crate::{output, plot, program, rows};
 use bp_core::compiler::error::Error;
 use bp_core::compiler::files;
-use bp_core::compiler::learn::{Columns, Learned, Learner, Report, Settings, sizes};
+use bp_core::compiler::ids::VariableId;
+use bp_core::compiler::learn::{Columns, Learned, Learner, Settings, sizes};
+use bp_core::compiler::model::{IndexSpace, Model};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::spelling::quoted;
 use bp_core::compiler::syntax::{compile, graft, parse};
@@ -57,8 +59,8 @@ pub(crate) struct Arguments {
     /// A variable that has no column; may be repeated.
     #[arg(long, value_name = "VARIABLE")]
     hidden: Vec<String>,
-    /// A column to ignore, such as an identifier; may be repeated.
-    #[arg(long, value_name = "COLUMN")]
+    /// Columns of the table to ignore; may be repeated.
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
     ignore: Vec<String>,
     /// The column of row weights or counts: each 0, or between 1e-100 and
     /// 1e100.
@@ -125,7 +127,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let learner = match &table {
         Some(table) => {
             let given = sizes(&model, table, given.inputs())?;
-            let mut learner = Learner::with(&model, &given)?;
+            let mut learner = Learner::with(&model, &given).map_err(|error| of_columns(&model, error))?;
             let columns = Columns {
                 hidden: arguments.hidden.clone(),
                 ignore: arguments.ignore.clone(),
@@ -171,9 +173,9 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             writeln!(out)?;
         }
         false => {
-            show(&learned.report, arguments, out)?;
+            show(&learned.report, arguments.out.as_deref(), out)?;
             if arguments.out.is_none() {
-                show_numbers(&learned, out)?;
+                show_numbers(&source, &learned, out)?;
             }
         }
     }
@@ -191,6 +193,31 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             )))
         }
         _ => Ok(()),
+    }
+}
+
+/// The error of a size that is not given, where the columns of a family would tell it.
+fn of_columns(model: &Model, error: Error) -> Error {
+    let Error::Input { name, message } = &error else { return error };
+    let is_over = |id: &VariableId| match model.variables[*id].family.map(|family| family.over) {
+        Some(IndexSpace::Set(set)) => model.sets[set].name == *name,
+        Some(IndexSpace::Range(range)) => {
+            range.high.size.is_some_and(|size| model.parameters[size].name == *name)
+        }
+        None => false,
+    };
+    match model.variables.ids().find(is_over) {
+        Some(id) if message.contains("size was not given") => {
+            let (family, first) =
+                (model.spelled(id), model.variables[id].family.map_or(0, |it| it.over.first()));
+            let message = format!(
+                "its size is that of the columns of the family `{family}`, and there are none: they are named `{family}[{first}]`, \
+                 `{family}[{}]`, …",
+                first + 1
+            );
+            Error::input(name, message)
+        }
+        _ => error,
     }
 }
 
@@ -247,134 +274,5 @@ fn program_text(source: &Source, learned: &Learned, arguments: &Arguments) -> Re
     match compile(&read_back) {
         Ok(_) => Ok(text),
         Err(error) => Err(Failure::Wrong(error, read_back)),
-    }
-}
-
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-fn show(report: &Report, arguments: &Arguments, out: &mut dyn Write) -> Result<(), Failure> {
-    let mut facts = vec![
-        counted(report.cases, "case"),
-        format!("{} missing", counted(report.cells_missing, "cell")),
-        format!("ln likelihood {}", six_digits(report.ln_likelihood)),
-    ];
-    if let Some(weight) = report.weight {
-        facts.insert(1, format!("weight {}", bp_core::compiler::spelling::number(weight)));
-    }
-    if !report.hidden.is_empty() {
-        facts.push(format!("hidden: {}", report.hidden.join(", ")));
-    }
-    if let Some(course) = &report.expectation {
-        let end = match (course.converged, course.held) {
-            (true, true) => "converged: a further step would lower ln likelihood",
-            (true, false) => "converged",
-            (false, _) if course.interrupted => "interrupted",
-            (false, _) => "not converged",
-        };
-        facts.push(format!("{}, {end}", counted(course.steps, "step")));
-        if course.drawn {
-            facts.push(format!(
-                "the initial values are from seed {}: another `--seed` may find a higher likelihood",
-                course.seed
-            ));
-        }
-    }
-    write!(out, "{}", wrapped("", &facts.join("; "), 2))?;
-    writeln!(out)?;
-    let headings = ["form", "learned by", "parameters", "contexts", "empty", "ln likelihood"];
-    let rows: Vec<[String; 6]> = (report.forms.iter())
-        .map(|form| {
-            [
-                form.form.clone(),
-                form.learned.clone(),
-                form.parameters.to_string(),
-                form.contexts.to_string(),
-                form.empty.to_string(),
-                six_digits(form.ln_likelihood),
-            ]
-        })
-        .collect();
-    let width = |column: usize| {
-        let cells = rows.iter().map(|row| row[column].chars().count());
-        cells.chain([headings[column].len()]).max().unwrap_or(0)
-    };
-    let figures: usize = (2..6).map(|column| width(column) + 2).sum();
-    let learned = width(1).min(20);
-    // A long head has a line of its own.
-    let head = width(0).min(WIDTH.saturating_sub(figures + learned + 4));
-    let mut line = |cells: [&str; 6]| -> std::io::Result<()> {
-        let mut text = format!("  {}", filled(cells[0], head));
-        if cells[0].chars().count() > head {
-            write!(out, "{}", wrapped("  ", cells[0], 4))?;
-            text = format!("  {}", " ".repeat(head));
-        }
-        let way: String = cells[1].chars().take(learned).collect();
-        text.push_str(&format!("  {}", filled(&way, learned)));
-        for (column, cell) in cells.iter().enumerate().skip(2) {
-            text.push_str(&format!("  {cell:>width$}", width = width(column)));
-        }
-        writeln!(out, "{}", text.trim_end())
-    };
-    line(headings)?;
-    for row in &rows {
-        line([0, 1, 2, 3, 4, 5].map(|column| row[column].as_str()))?;
-    }
-    for form in &report.forms {
-        let mut remarks = Vec::new();
-        if form.empty > 0 {
-            remarks.push(format!("no cases for {}: {}", counted(form.empty, "context"), empty(form)));
-        }
-        if form.floored > 0 {
-            let few = counted(form.floored, "context");
-            remarks.push(format!(
-                "the values of {few} are equal, or most of their weight is: the distribution is at its floor (floored)"
-            ));
-        }
-        if form.limited > 0 {
-            let few = counted(form.limited, "context");
-            remarks.push(format!(
-                "the likelihood of {few} rises up to the limit of a parameter, which is the estimate (limited)"
-            ));
-        }
-        for remark in remarks {
-            write!(out, "{}", wrapped("  ", &format!("{}: {remark}", form.form), 4))?;
-        }
-    }
-    if let Some(to) = &arguments.out {
-        write!(out, "{}", wrapped("", &format!("written to {}", to.display()), 2))?;
-    }
-    Ok(())
-}
-
-/// The most lines of learned numbers beside a report.
-const MOST_LINES: usize = 60;
-
-/// The learned forms, as they would stand in the program.
-fn show_numbers(learned: &Learned, out: &mut dyn Write) -> Result<(), Failure> {
-    let source = Source::new("the learned numbers", learned.text());
-    let text = parse(&source).map_err(|wrong| Failure::Wrong(wrong, source))?.to_string();
-    let text = text.replace("    parameters {\n    }\n", "");
-    let lines: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("    ")).collect();
-    writeln!(out)?;
-    for line in lines.iter().take(MOST_LINES) {
-        writeln!(out, "  {line}")?;
-    }
-    if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
-        writeln!(out, "  … {}: `--out` writes them all", counted(more, "more line"))?;
-    }
-    Ok(())
-}
-
-/// The estimate of a context without cases.
-fn empty(form: &bp_core::compiler::learn::FormReport) -> &'static str {
-    match form.learned.as_str() {
-        way if way.ends_with("prior") || way.starts_with("beta(") || way.starts_with("dirichlet(") => {
-            "the mean of the prior"
-        }
-        "laplace_succession" | "histogram" => "uniform",
-        "parameters" => "the previous parameters, or uniform",
-        _ => "the distribution of all cases",
     }
 }

@@ -21,6 +21,7 @@ mod highlight;
 mod html;
 mod latex;
 mod learn;
+mod learned;
 mod lsp;
 mod network;
 mod new;

@@ -4,7 +4,7 @@
 //! an instant are in the question or in a column: a value that is set has no instant, and is refused; an error in one
 //! sequence does not affect the others.
 
-use crate::cases::Answered;
+use crate::cases::{self, Answered};
 use crate::failure::Failure;
 use bp_core::compiler::answer::{OtherColumns, ask_over_time_by, read_sequences};
 use bp_core::compiler::data::Records;
@@ -33,6 +33,7 @@ pub(crate) fn answers(
             let seed = sampling.seed.wrapping_add((number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let answers =
                 ask_over_time_by(model, question, &instants, &inputs, Sampling { seed, ..sampling }, options);
+            let answers = answers.map(|answers| cases::seeded(answers, sampling));
             let answers = match (answers, &others.sequence) {
                 (Err(error), None) => return Err(error.into()),
                 (Err(error), Some(column)) if !error.is_of_one_case() => {

@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
         return Ok(());
     }
-    let found = reference::named(name);
+    let found = reference::meant(name);
     if found.is_empty() {
         return Err(Failure::Words(reference::unknown(name)));
     }

@@ -176,7 +176,7 @@ impl CompiledQuestion<'_> {
     }
 
     /// Whether some of it is answered by draws.
-    pub(super) fn is_estimated(&self) -> bool {
+    pub fn is_estimated(&self) -> bool {
         self.strategies.iter().any(|strategy| !strategy.is_exact())
     }
 

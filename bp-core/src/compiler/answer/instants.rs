@@ -153,6 +153,13 @@ fn columns<'m, 't>(
         }
         let name = column.split('[').next().unwrap_or(column).trim();
         let Some(named) = by_name.get(name) else {
+            if model.plate.is_some_and(|plate| model.sets[plate.set].name == name) {
+                return Err(wrong(format!(
+                    "column `{column}` is the set over which `{}` is repeated, and over time one of its elements is followed; to follow \
+                     them all declare families, such as `Z[i in {name}]`, whose columns are `Z[0]`, `Z[1]`, …",
+                    model.name
+                )));
+            }
             let guess = near(name, by_name.keys().map(String::as_str));
             let guess = guess.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
             return Err(wrong(format!(

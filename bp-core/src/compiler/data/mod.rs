@@ -181,6 +181,19 @@ impl Records {
         *self = wider;
     }
 
+    /// The table without some columns.
+    ///
+    /// # Errors
+    /// There is no column of a name.
+    pub fn without(mut self, ignored: &[String]) -> Result<Self, Error> {
+        for name in ignored {
+            let at = self.needed(name)?;
+            self.columns.remove(at);
+            self.positions.remove(at);
+        }
+        Ok(self)
+    }
+
     /// The column of this name.
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column == name)
@@ -214,7 +227,10 @@ impl Records {
             None => format!("the variables are {}", listed(names, "and")),
         };
         let name = shown(&self.columns[column]);
-        wrong(&self.path, format!("column `{name}` names no variable; {help}"))
+        wrong(
+            &self.path,
+            format!("column `{name}` names no variable; {help} (`--ignore` leaves a column out)"),
+        )
     }
 }
 

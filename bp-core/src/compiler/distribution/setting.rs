@@ -286,7 +286,7 @@ impl<'m> Setting<'m> {
     }
 
     /// The number of elements of an index space.
-    pub(crate) fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
+    pub fn length(&self, over: &IndexSpace) -> Result<usize, Error> {
         match over {
             IndexSpace::Set(set) => self.set_size(*set),
             IndexSpace::Range(range) => {

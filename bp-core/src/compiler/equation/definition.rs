@@ -8,13 +8,17 @@ use super::print::Line;
 use super::printer::Printer;
 use super::tokens::substituted;
 use super::{Binding, Exact, Notation, Term, reachable};
-use crate::ids::{FactorId, VariableId};
+use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Domain, Factor, Form, Model, Value};
+use crate::radix;
 use crate::spelling::list;
 use std::collections::{BTreeMap, HashMap};
 
 /// Forms that are listed; of more, the others are counted.
 const MOST: usize = 40;
+
+/// Rows of a table that are written.
+const MOST_ROWS: usize = 12;
 
 /// The forms of these factors, each as an equation.
 pub(crate) fn forms(model: &Model, factors: &[FactorId], notation: Notation) -> Vec<Line> {
@@ -22,7 +26,8 @@ pub(crate) fn forms(model: &Model, factors: &[FactorId], notation: Notation) -> 
         .map(|id| {
             let factor = &model.factors[*id];
             let right = notation.typeset(&text(model, factor, &factor.form, None));
-            let reason = format!("of `{}`, as the program has it", model.head(factor));
+            let rest = rest(model, factor).map_or_else(String::new, |rest| format!(": {rest}"));
+            let reason = format!("of `{}`, as the program has it{rest}", model.head(factor));
             ("form".to_owned(), reason, notation.equation(&notation.head(model, factor), "=", &right))
         })
         .collect();
@@ -32,6 +37,30 @@ pub(crate) fn forms(model: &Model, factors: &[FactorId], notation: Notation) -> 
         lines.push(("forms".to_owned(), format!("{others} more factors have forms"), dots));
     }
     lines
+}
+
+/// What the equation of a form leaves out: the rows of a small table, and the form before the first step.
+fn rest(model: &Model, factor: &Factor) -> Option<String> {
+    let row = |row: &Vec<ExpressionId>| {
+        row.iter().map(|id| model.expression_text(*id, &factor.products)).collect::<Vec<_>>().join(", ")
+    };
+    match &factor.form {
+        Form::Table(rows) if (2..=MOST_ROWS).contains(&rows.len()) => {
+            let domains: Vec<&Domain> =
+                factor.right.iter().map(|use_| &model.variables[use_.variable].domain).collect();
+            let counts = domains.iter().map(|domain| domain.count()).collect::<Option<Vec<_>>>()?;
+            let rows = rows.iter().enumerate().map(|(place, entries)| {
+                let ordinals = radix::in_order(place, counts.iter().copied());
+                let keys = domains.iter().zip(ordinals).map(|(domain, ordinal)| domain.value_name(ordinal));
+                format!("{}: {}", keys.collect::<Vec<_>>().join(", "), row(entries))
+            });
+            Some(rows.collect::<Vec<_>>().join("; "))
+        }
+        Form::Previous { otherwise, .. } if **otherwise != Form::Uniform => {
+            Some(format!("before the first step it is {}", text(model, factor, otherwise, None)))
+        }
+        _ => None,
+    }
 }
 
 /// A form as text of the language; `value` is the ordinal of the left-hand variable, if it is known.

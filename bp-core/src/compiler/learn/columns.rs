@@ -5,6 +5,7 @@
 //! error, and never a variable learned without data.
 
 use super::distinct::{DistinctCases, MISSING};
+use super::family_columns::{elements_apart, first_of, is_family, without_columns};
 use super::learner::{Learner, NO_WEIGHT, count_seen, is_weight};
 use super::program::Program;
 use crate::analysis::carried;
@@ -182,7 +183,9 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
             _ if columns.sequence.as_ref() == Some(column) => Role::Sequence,
             _ if columns.ignore.contains(column) => Role::Ignored,
             Some(slot) => Role::Slot(slot),
-            None if is_family(&program.model, column) => return Err(wrong(elements_apart(column.trim()))),
+            None if is_family(&program.model, column) => {
+                return Err(wrong(elements_apart(&program.model, column.trim())));
+            }
             None => {
                 let slots = program.slots.iter().enumerate();
                 let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
@@ -194,7 +197,14 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
                     None if over_time => format!(
                         "if it identifies sequences, add `--sequence {name}`; otherwise ignore it: `--ignore {name}`"
                     ),
-                    None => format!("ignore the column: `--ignore {name}`"),
+                    None => match without_columns(program, table) {
+                        Some(family) => format!(
+                            "the columns of the family `{family}` are named by its elements, such as `{family}[{}]`; a column that is \
+                             no variable is ignored: `--ignore {name}`",
+                            first_of(&program.model, &family)
+                        ),
+                        None => format!("ignore the column: `--ignore {name}`"),
+                    },
                 };
                 return Err(wrong(format!("`{}` has no variable named `{column}`; {help}", program.model.name)));
             }
@@ -302,20 +312,6 @@ fn argument(name: &str) -> String {
     if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
 }
 
-/// Whether a column has the name of a whole family.
-fn is_family(model: &Model, column: &str) -> bool {
-    let families = model.variables.ids().filter(|id| model.variables[*id].family.is_some());
-    families.map(|id| model.variable_name(id)).any(|name| name == column.trim())
-}
-
-/// The message for a column of a whole family.
-fn elements_apart(name: &str) -> String {
-    let shown = quoted(name);
-    format!(
-        "column `{name}`: `{shown}` is a family; its elements have columns of their own, such as `{shown}[1]`"
-    )
-}
-
 /// The inputs, with the sizes found in the columns of a table: for a family `L[k in Channels]` the largest index of a
 /// column, for the set of the plate the largest value of its index.
 ///
@@ -341,7 +337,7 @@ pub fn sizes<'g>(model: &Model, table: &Records, given: Inputs<'g, f64>) -> Resu
             let name = model.variable_name(id);
             let is_column = table.columns.iter().any(|column| column.trim() == name);
             if is_column && size.is_some_and(|size| super::program::set_size(size, &given).is_none()) {
-                return Err(Error::input(table.path.display().to_string(), elements_apart(&name)));
+                return Err(Error::input(table.path.display().to_string(), elements_apart(model, &name)));
             }
             continue;
         };

@@ -125,7 +125,10 @@ impl At<'_> {
                 let Shape::Regression(parameters) = &program.unknowns.list[unknown].shape else {
                     return Ok(None);
                 };
-                let cells = parameters.iter().map(|parameter| Cell::Place(*parameter, 0)).collect();
+                let Read::Cell(Cell::Place(_, place)) = self.argument(arguments[1])? else {
+                    return Ok(None);
+                };
+                let cells = parameters.iter().map(|parameter| Cell::Place(*parameter, place)).collect();
                 Ok(Found::of(Kind::Regression(cells), Some(unknown)))
             }
             Form::Law { law, arguments } => self.law(*law, arguments),
@@ -200,7 +203,11 @@ impl At<'_> {
                 );
             }
         }
-        let unknown = entries.iter().find_map(|entry| self.program.unknowns.entries.get(entry)).copied();
+        let unknowns = &self.program.unknowns;
+        let unknown = entries.iter().find_map(|entry| match &self.program.model.expressions[*entry] {
+            Expression::Parameter { parameter, .. } => unknowns.parameters.get(parameter).copied().flatten(),
+            _ => unknowns.entries.get(entry).copied(),
+        });
         Ok(Found::of_row(&row, unknown))
     }
 

@@ -29,6 +29,7 @@ mod distinct;
 mod distribution;
 mod estimate;
 mod expect;
+mod family_columns;
 mod floor;
 mod kind;
 mod learner;

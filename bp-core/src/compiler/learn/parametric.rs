@@ -8,7 +8,8 @@ use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
 use crate::law::Law;
 use crate::model::{
-    Bound, Domain, Expression, Fit, Form, IndexSpace, Model, Parameter, ParameterKind, Range, VariableUse,
+    Apart, Bound, Domain, Expression, Factor, Fit, Form, IndexSpace, Model, Parameter, ParameterKind, Range,
+    Unlearned, VariableUse,
 };
 use crate::operators::{Binary, Unary};
 use pest::unicode::XID_CONTINUE;
@@ -22,6 +23,8 @@ pub(super) const MOST_CONTEXTS: usize = 1 << 20;
 pub(super) struct Unknown {
     pub(super) factor: FactorId,
     pub(super) fit: Fit,
+    /// The indices that have a distribution for each of their values.
+    pub(super) by: Vec<Apart>,
     pub(super) shape: Shape,
 }
 
@@ -30,6 +33,8 @@ pub(super) struct Unknown {
 pub(super) enum Shape {
     /// Rows of numbers.
     Table(Vec<Vec<ExpressionId>>),
+    /// A field of rows of numbers, a table for each value of the indices that are apart.
+    Tables(ParameterId),
     /// Fields of parameters, one for each learned parameter of the distribution.
     Law(Law, Vec<ParameterId>),
     /// Intercept, slopes, deviation.
@@ -69,7 +74,7 @@ fn replace(
     unknowns: &mut Unknowns,
 ) -> Result<(), Error> {
     match form {
-        Form::Unknown(fit) => *form = shaped(model, factor, fit.clone(), unknowns)?,
+        Form::Unknown(unlearned) => *form = shaped(model, factor, unlearned.clone(), unknowns)?,
         Form::If { then, otherwise, .. } => {
             replace(model, factor, then, unknowns)?;
             replace(model, factor, otherwise, unknowns)?;
@@ -97,7 +102,12 @@ fn replace(
     Ok(())
 }
 
-fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) -> Result<Form, Error> {
+fn shaped(
+    model: &mut Model,
+    id: FactorId,
+    Unlearned { fit, by }: Unlearned,
+    unknowns: &mut Unknowns,
+) -> Result<Form, Error> {
     let position = unknowns.list.len();
     let factor = model.factors[id].clone();
     let head = model.head(&factor);
@@ -111,6 +121,8 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
         return Err(Error::input(head, message));
     }
     let right: Vec<VariableId> = factor.right.iter().map(|use_| use_.variable).collect();
+    let apart: Vec<(IndexSpace, ExpressionId)> =
+        by.iter().map(|apart| space(model, &factor, *apart)).collect();
     let (shape, form) = match &fit {
         Fit::LaplaceSuccession | Fit::Histogram | Fit::Dirichlet(_) | Fit::Beta(..) => {
             let columns = count(model, &head, &left)?;
@@ -119,6 +131,12 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
                 return Err(too_many(&head));
             }
             let share = 1.0 / columns as f64;
+            if !apart.is_empty() {
+                let (parameter, table) = tables(model, (&left, &factor, share), &apart, (rows, columns));
+                unknowns.parameters.insert(parameter, Some(position));
+                unknowns.list.push(Unknown { factor: id, fit, by, shape: Shape::Tables(parameter) });
+                return Ok(Form::Table(table));
+            }
             let table: Vec<Vec<ExpressionId>> = (0..rows)
                 .map(|_| (0..columns).map(|_| model.expressions.push(Expression::Number(share))).collect())
                 .collect();
@@ -126,8 +144,9 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
             (Shape::Table(table.clone()), Form::Table(table))
         }
         Fit::LinearRegression => {
-            let mut parameters = vec![field(model, "intercept", &left, &[], unknowns, position)];
-            let mut mean = use_of(model, parameters[0], &[]);
+            let places: Vec<ExpressionId> = apart.iter().map(|(_, index)| *index).collect();
+            let mut parameters = vec![field(model, "intercept", &left, &apart, unknowns, position)];
+            let mut mean = use_of(model, parameters[0], &places);
             for use_ in &factor.right {
                 let variable = &use_.variable;
                 if matches!(model.variables[*variable].domain, Domain::Set(_) | Domain::Vector(_)) {
@@ -138,17 +157,17 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
                     ));
                 }
                 let what = format!("slope_on_{}", plain(&model.variable_name(*variable)));
-                let slope = field(model, &what, &left, &[], unknowns, position);
+                let slope = field(model, &what, &left, &apart, unknowns, position);
                 parameters.push(slope);
                 let value = model.expressions.push(Expression::Variable(use_.clone()));
-                let slope = use_of(model, slope, &[]);
+                let slope = use_of(model, slope, &places);
                 let term = model.expressions.push(Expression::Binary(Binary::Multiply, slope, value));
                 mean = model.expressions.push(Expression::Binary(Binary::Add, mean, term));
             }
-            let deviation = field(model, "deviation", &left, &[], unknowns, position);
+            let deviation = field(model, "deviation", &left, &apart, unknowns, position);
             parameters.push(deviation);
             unknowns.regressions.insert(mean, position);
-            let deviation = use_of(model, deviation, &[]);
+            let deviation = use_of(model, deviation, &places);
             (Shape::Regression(parameters), Form::normal(mean, deviation))
         }
         Fit::Law { .. } | Fit::UnbiasedNormal | Fit::Conjugate { .. } => {
@@ -158,7 +177,7 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
             };
             count(model, &head, &right)?;
             let indices: Vec<(IndexSpace, ExpressionId)> =
-                factor.right.iter().map(|use_| index(model, use_)).collect();
+                apart.into_iter().chain(factor.right.iter().map(|use_| index(model, use_))).collect();
             let mut fields = Vec::new();
             let mut arguments = Vec::new();
             // The known parameters: the number of trials, which is first, and the deviation, which is last.
@@ -179,8 +198,49 @@ fn shaped(model: &mut Model, id: FactorId, fit: Fit, unknowns: &mut Unknowns) ->
             (Shape::Law(law, fields), Form::Law { law, arguments })
         }
     };
-    unknowns.list.push(Unknown { factor: id, fit, shape });
+    unknowns.list.push(Unknown { factor: id, fit, by, shape });
     Ok(form)
+}
+
+/// The range of an index that is apart, and its value.
+fn space(model: &mut Model, factor: &Factor, apart: Apart) -> (IndexSpace, ExpressionId) {
+    match (apart, model.plate) {
+        (Apart::Plate, Some(plate)) => {
+            let value = model.expressions.push(Expression::Variable(VariableUse::from(plate.index)));
+            (IndexSpace::Set(plate.set), value)
+        }
+        (Apart::Product(depth), _) => {
+            (factor.products[depth].1, model.expressions.push(Expression::Index(depth)))
+        }
+        (Apart::Plate, None) => unreachable!("internal: an index of a plate without a plate"),
+    }
+}
+
+/// A field of probabilities, and the table whose entries are its numbers: `p[n, row, column]`.
+fn tables(
+    model: &mut Model,
+    (left, factor, share): (&[VariableId], &Factor, f64),
+    apart: &[(IndexSpace, ExpressionId)],
+    (rows, columns): (usize, usize),
+) -> (ParameterId, Vec<Vec<ExpressionId>>) {
+    let range = |count: usize| IndexSpace::Range(Range { low: 0, high: Bound::constant(count as i64 - 1) });
+    let has_rows = !factor.right.is_empty();
+    let mut over: Vec<IndexSpace> = apart.iter().map(|(space, _)| *space).collect();
+    over.extend(has_rows.then(|| range(rows)));
+    over.push(range(columns));
+    let name = free_name(model, "probability", left);
+    let kind = ParameterKind::Probability;
+    let parameter =
+        model.parameters.push(Parameter { name, kind, default: vec![share], rows: Vec::new(), over });
+    let mut entry = |row: usize, column: usize| {
+        let mut indices: Vec<ExpressionId> = apart.iter().map(|(_, index)| *index).collect();
+        let mut number = |number: usize| model.expressions.push(Expression::Number(number as f64));
+        indices.extend(has_rows.then(|| number(row)));
+        indices.push(number(column));
+        model.expressions.push(Expression::Parameter { parameter, indices })
+    };
+    let table = (0..rows).map(|row| (0..columns).map(|column| entry(row, column)).collect()).collect();
+    (parameter, table)
 }
 
 fn too_many(head: &str) -> Error {
@@ -246,14 +306,7 @@ fn field(
     unknowns: &mut Unknowns,
     position: usize,
 ) -> ParameterId {
-    let of: Vec<String> = left.iter().map(|variable| plain(&model.variable_name(*variable))).collect();
-    let stem = format!("{what}_of_{}", of.join("_"));
-    let taken: HashSet<&str> = (model.parameters.values().map(|it| it.name.as_str()))
-        .chain(model.variables.values().map(|it| it.name.as_str()))
-        .chain(model.sets.values().map(|it| it.name.as_str()))
-        .collect();
-    let names = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}_{number}")));
-    let name = names.into_iter().find(|name| !taken.contains(name.as_str())).unwrap_or(stem);
+    let name = free_name(model, what, left);
     let over = indices.iter().map(|(over, _)| *over).collect();
     let parameter = model.parameters.push(Parameter {
         name,
@@ -264,6 +317,18 @@ fn field(
     });
     unknowns.parameters.insert(parameter, Some(position));
     parameter
+}
+
+/// `mean_of_X`, or another name that the program does not use.
+fn free_name(model: &Model, what: &str, left: &[VariableId]) -> String {
+    let of: Vec<String> = left.iter().map(|variable| plain(&model.variable_name(*variable))).collect();
+    let stem = format!("{what}_of_{}", of.join("_"));
+    let taken: HashSet<&str> = (model.parameters.values().map(|it| it.name.as_str()))
+        .chain(model.variables.values().map(|it| it.name.as_str()))
+        .chain(model.sets.values().map(|it| it.name.as_str()))
+        .collect();
+    let names = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}_{number}")));
+    names.into_iter().find(|name| !taken.contains(name.as_str())).unwrap_or(stem)
 }
 
 fn use_of(model: &mut Model, parameter: ParameterId, indices: &[ExpressionId]) -> ExpressionId {

@@ -9,7 +9,9 @@ use crate::distribution::{Instance, Setting};
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
-use crate::model::{Domain, Expression, Form, Model, ParameterKind, SetKind};
+use crate::model::{
+    Domain, Expression, Factor, Form, IndexSpace, Model, ParameterKind, SetKind, VariableUse,
+};
 use std::collections::HashSet;
 
 /// One number of a case: a variable, or an element of a family of variables.
@@ -234,6 +236,36 @@ impl Program {
                     if self.unknowns.parameters.contains_key(parameter))
         };
         self.model.nodes_below(id).into_iter().any(is_learned)
+    }
+
+    /// The indices, with more than one value, whose values share the distributions of an `unknown` form.
+    pub(super) fn shared(&self, factor: FactorId) -> Vec<(String, usize)> {
+        let Factor { form, products, .. } = &self.model.factors[factor];
+        if !self.unknowns.list.iter().any(|unknown| unknown.factor == factor) {
+            return Vec::new();
+        }
+        let reads = |wanted: Expression| {
+            let mut found = false;
+            form.each_expression(&mut |id| {
+                let nodes = self.model.nodes_below(id);
+                found = found || nodes.into_iter().any(|node| self.model.expressions[node] == wanted);
+            });
+            found
+        };
+        let Ok(setting) = self.setting() else { return Vec::new() };
+        let products = products
+            .iter()
+            .enumerate()
+            .map(|(depth, (name, over))| (name.clone(), *over, Expression::Index(depth)));
+        let plate = self.model.plate.map(|plate| {
+            let index = Expression::Variable(VariableUse::from(plate.index));
+            (self.model.variable_name(plate.index), IndexSpace::Set(plate.set), index)
+        });
+        (products.chain(plate))
+            .filter(|(.., index)| !reads(index.clone()))
+            .filter_map(|(name, over, _)| Some((name, setting.length(&over).ok()?)))
+            .filter(|(_, length)| *length > 1)
+            .collect()
     }
 
     /// Whether a form contains learned numbers.

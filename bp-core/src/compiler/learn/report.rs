@@ -75,6 +75,9 @@ pub struct FormReport {
     pub floored: usize,
     /// Number of distributions with a parameter at its limit.
     pub limited: usize,
+    /// The indices whose values share the distributions, each with the number of its values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shared: Vec<(String, usize)>,
     /// ln P of the observed, or expected, values of this form.
     pub ln_likelihood: f64,
 }
@@ -98,6 +101,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
             empty: 0,
             floored: 0,
             limited: 0,
+            shared: program.shared(*factor),
             ln_likelihood: 0.0,
         })
         .collect();

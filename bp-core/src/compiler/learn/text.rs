@@ -8,7 +8,9 @@ use super::parametric::{Shape, Unknown};
 use super::program::Program;
 use crate::ids::{ExpressionId, ParameterId};
 use crate::law::Law;
-use crate::model::{Domain, Factor, Fit, IndexSpace, Model, ParameterKind, VariableUse};
+use crate::model::{
+    Apart, Bound, Domain, Factor, Fit, IndexSpace, Model, Parameter, ParameterKind, Range, VariableUse,
+};
 use crate::spelling::quoted;
 
 /// Limit of distributions written one by one.
@@ -20,15 +22,19 @@ pub(super) fn text(learnable: &Learnable) -> String {
     for unknown in &unknowns.list {
         let (form, fields) = form(model, unknown);
         for field in fields {
-            parameters.push_str(&declaration(model, field));
+            parameters.push_str(&declaration(model, &field));
         }
         forms.push_str(&format!("{} = {form};\n", learnable.program.head(unknown.factor)));
     }
     for identification in &model.identifications {
         for parameter in &identification.parameters {
-            parameters.push_str(&declaration(model, *parameter));
+            parameters.push_str(&declaration(model, &model.parameters[*parameter]));
         }
     }
+    // The sizes with which it was learned.
+    let sizes =
+        model.parameters.values().filter(|it| it.kind == ParameterKind::Size && !it.default.is_empty());
+    sizes.for_each(|size| parameters.push_str(&declaration(model, size)));
     format!("program Learned {{ parameters {{\n{parameters}}} forms {{\n{forms}}} }}")
 }
 
@@ -43,8 +49,7 @@ fn list(numbers: impl IntoIterator<Item = f64>) -> String {
 }
 
 /// `mu[1..=3] : real = [1, 2, 3];`
-fn declaration(model: &Model, id: ParameterId) -> String {
-    let parameter = &model.parameters[id];
+fn declaration(model: &Model, parameter: &Parameter) -> String {
     let kind = match parameter.kind {
         ParameterKind::Probability => "probability".into(),
         ParameterKind::Real => "real".into(),
@@ -84,15 +89,26 @@ fn contexts(model: &Model, right: &[VariableUse]) -> Vec<Vec<String>> {
 }
 
 /// A form, and the fields that it uses.
-fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
+fn form(model: &Model, unknown: &Unknown) -> (String, Vec<Parameter>) {
     let factor = &model.factors[unknown.factor];
     let right = factor.right.as_slice();
     let values = |parameter: &ParameterId| model.parameters[*parameter].default.clone();
+    let owned =
+        |fields: &[ParameterId]| fields.iter().map(|field| model.parameters[*field].clone()).collect();
+    let entry = |field: &ParameterId, indices: &[String]| {
+        format!("{}[{}]", quoted(&model.parameters[*field].name), indices.join(", "))
+    };
+    let apart: Vec<String> = unknown.by.iter().map(|apart| index_apart(model, factor, *apart)).collect();
     match &unknown.shape {
         Shape::Table(rows) => (table(model, factor, rows), Vec::new()),
-        Shape::Regression(parameters) => {
+        Shape::Tables(field) => tables(model, factor, &model.parameters[*field], apart),
+        Shape::Regression(parameters) if apart.is_empty() => {
             let numbers = parameters.iter().flat_map(values);
             (format!("linear_regression({})", list(numbers)), Vec::new())
+        }
+        Shape::Regression(parameters) => {
+            let words: Vec<String> = parameters.iter().map(|field| entry(field, &apart)).collect();
+            (format!("linear_regression({})", words.join(", ")), owned(parameters))
         }
         Shape::Law(law, fields) => {
             let count = fields.first().map_or(1, |field| values(field).len());
@@ -101,17 +117,68 @@ fn form(model: &Model, unknown: &Unknown) -> (String, Vec<ParameterId>) {
                 format!("{}({})", law.name(), arguments(*law, &unknown.fit, learned).join(", "))
             };
             let bins = |use_: &VariableUse| matches!(model.variables[use_.variable].domain, Domain::Bins(_));
-            if count <= WRITTEN_OUT && !right.iter().any(bins) {
+            if apart.is_empty() && count <= WRITTEN_OUT && !right.iter().any(bins) {
                 return (chosen(model, factor, right, 0, &at), Vec::new());
             }
-            let indices: Vec<String> = right.iter().map(|use_| index(model, factor, use_)).collect();
-            let learned = fields
-                .iter()
-                .map(|field| format!("{}[{}]", quoted(&model.parameters[*field].name), indices.join(", ")));
+            let indices: Vec<String> =
+                apart.into_iter().chain(right.iter().map(|use_| index(model, factor, use_))).collect();
+            let learned = fields.iter().map(|field| match indices.is_empty() {
+                true => quoted(&model.parameters[*field].name).into_owned(),
+                false => entry(field, &indices),
+            });
             let words = arguments(*law, &unknown.fit, learned.collect());
-            (format!("{}({})", law.name(), words.join(", ")), fields.clone())
+            (format!("{}({})", law.name(), words.join(", ")), owned(fields))
         }
     }
+}
+
+/// An index that is apart, as the form names it.
+fn index_apart(model: &Model, factor: &Factor, apart: Apart) -> String {
+    match apart {
+        Apart::Product(depth) => quoted(&factor.products[depth].0).into_owned(),
+        Apart::Plate => model.plate_index().map_or_else(String::new, |id| model.variable_name(id)),
+    }
+}
+
+/// A table for each value of the indices that are apart, in a field: of a truth value its probability.
+fn tables(model: &Model, factor: &Factor, field: &Parameter, apart: Vec<String>) -> (String, Vec<Parameter>) {
+    let name = quoted(&field.name);
+    let is_truth =
+        matches!(factor.left.as_slice(), [left] if model.variables[left.variable].domain == Domain::Boolean);
+    let is_small = |row: &[f64]| (1.0 - row[1] - row[0]).abs() > 1e-12 * row[0];
+    if is_truth && !field.default.chunks(2).any(is_small) {
+        let space = |use_: &VariableUse| {
+            let domain = &model.variables[use_.variable].domain;
+            let low = if domain.bins().is_some() { 0 } else { domain.base() };
+            let high = Bound::constant(low + domain.count().unwrap_or(1) as i64 - 1);
+            IndexSpace::Range(Range { low, high })
+        };
+        let over = field.over[..apart.len()].iter().copied().chain(factor.right.iter().map(space)).collect();
+        let default = field.default.chunks(2).map(|row| row[1]).collect();
+        let indices = apart.into_iter().chain(factor.right.iter().map(|use_| index(model, factor, use_)));
+        let indices = indices.collect::<Vec<_>>().join(", ");
+        let field = Parameter { over, default, ..field.clone() };
+        return (format!("bernoulli({name}[{indices}])"), vec![field]);
+    }
+    let columns = factor.left.iter().map(|use_| model.variables[use_.variable].domain.count().unwrap_or(1));
+    let columns: usize = columns.product();
+    let apart = apart.join(", ");
+    let row = |row: Option<usize>| {
+        let row = row.map_or_else(String::new, |row| format!("{row}, "));
+        let entries: Vec<String> =
+            (0..columns).map(|column| format!("{name}[{apart}, {row}{column}]")).collect();
+        entries.join(", ")
+    };
+    let form = match (factor.right.is_empty(), factor.left.len()) {
+        (true, 1) => format!("categorical({})", row(None)),
+        (true, _) => format!("table {{ {} }}", row(None)),
+        (false, _) => {
+            let contexts = contexts(model, &factor.right).into_iter().enumerate();
+            let rows = contexts.map(|(place, keys)| format!("{}: {};", keys.join(", "), row(Some(place))));
+            format!("table {{ {} }}", rows.collect::<Vec<_>>().join(" "))
+        }
+    };
+    (form, vec![field.clone()])
 }
 
 /// The arguments of a distribution, with the known ones in their positions.

@@ -7,6 +7,9 @@ mod noisy;
 mod regression;
 mod softmax;
 mod succession;
+mod unlearned;
+
+pub use unlearned::{Apart, Unlearned};
 
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::{Dirichlet, Law, Support};
@@ -93,7 +96,7 @@ pub enum Form {
         high: ExpressionId,
     },
     /// To be learned from data; no answer until then.
-    Unknown(Fit),
+    Unknown(Unlearned),
     /// A normal distribution on an axis of unit bins ]j−1; j], j = 1..=N, the first of which includes everything below
     /// it, preceded by a label with the probability beyond N (paper, Eq. 4). A mean beyond N + ½ means "no occupied
     /// cell" and gives the label with certainty.

@@ -34,7 +34,7 @@ pub use derived::{Derived, DerivedKind};
 pub use domain::{Bound, Domain, Range};
 pub use evaluate::{Environment, Read};
 pub use expression::{Expression, VariableUse};
-pub use form::{Fit, Form, row_tolerance};
+pub use form::{Apart, Fit, Form, Unlearned, row_tolerance};
 pub use linear::{Leaves, LinearForm};
 pub(crate) use order::in_order;
 pub use question::{Ask, Finding, Known, Question, Searched, Statistic, Value, When};

@@ -95,6 +95,25 @@ impl AnswerRows {
         }
     }
 
+    /// The row of the largest probability, the first of several, with its position.
+    pub(crate) fn largest_row(&self) -> Option<(usize, Row)> {
+        let larger = |best: Option<(usize, f64)>, (at, p): (usize, f64)| match best {
+            Some((_, most)) if p <= most => best,
+            _ => Some((at, p)),
+        };
+        match &self.cells {
+            Some(cells) => {
+                let (at, _) = cells.numbers.iter().copied().enumerate().fold(None, larger)?;
+                Some((at, cells.row(at)))
+            }
+            None => {
+                let all = self.iter().enumerate().filter_map(|(at, row)| Some((at, row.p()?)));
+                let (at, _) = all.fold(None, larger)?;
+                Some((at, self[at].clone()))
+            }
+        }
+    }
+
     /// The rows as a list that may change.
     pub(crate) fn as_list(&mut self) -> &mut Vec<Row> {
         let listed = match self.cells.take() {

@@ -40,6 +40,9 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         return write_cells(answer, &first, out);
     }
     let rows = answer.answer.first_rows(shown);
+    if rows.first().is_some_and(|row| row.values.first().is_some_and(|(name, _)| name == "sequence")) {
+        return write_whole_sequences(answer, (all, how), out);
+    }
     if rows.is_empty() {
         let is_possible = answer.ln_evidence.is_some_and(f64::is_finite);
         writeln!(
@@ -65,7 +68,37 @@ fn write(answer: &Answer, all: bool, how: &str, out: &mut impl Write) -> fmt::Re
         writeln!(out, "\n  the most likely sequence; each value with its probability at that instant alone")?;
     }
     if shown < answer.answer.len() {
+        if let Some((_, row)) = answer.answer.largest_row().filter(|(at, _)| *at >= shown) {
+            let values: Vec<String> =
+                row.values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            let p = six_digits(row.p().unwrap_or_default());
+            write!(out, "{}", wrapped("  ", &format!("most probable: {} with {p}", values.join(", ")), 4))?;
+        }
         writeln!(out, "  … and {} more rows; {how}", answer.answer.len() - shown)?;
+    }
+    write_end(answer, out)
+}
+
+/// Whole sequences, each with its probability and a line of values for each variable.
+fn write_whole_sequences(answer: &Answer, (all, how): (bool, &str), out: &mut impl Write) -> fmt::Result {
+    let of = |row: &Row, name: &str| {
+        row.values.iter().find(|(own, _)| own == name).map(|(_, value)| value.clone())
+    };
+    let sequences: Vec<&[Row]> =
+        answer.answer.chunk_by(|one, other| of(one, "sequence") == of(other, "sequence")).collect();
+    let shown = if all { sequences.len() } else { sequences.len().min(FIRST_ROWS) };
+    for rows in &sequences[..shown] {
+        let number = of(&rows[0], "sequence").unwrap_or_default();
+        let p = rows[0].p().map_or_else(String::new, |p| format!(": probability {}", six_digits(p)));
+        writeln!(out, "\n  sequence {number}{p}")?;
+        let names = rows[0].values.iter().map(|(name, _)| name.as_str());
+        for name in names.filter(|name| !["sequence", "t"].contains(name)) {
+            let values: Vec<String> = rows.iter().filter_map(|row| of(row, name)).collect();
+            write!(out, "{}", wrapped("    ", &format!("{name}: {}", values.join(" ")), 6))?;
+        }
+    }
+    if shown < sequences.len() {
+        writeln!(out, "\n  … and {} more sequences; {how}", sequences.len() - shown)?;
     }
     write_end(answer, out)
 }

@@ -59,10 +59,17 @@ impl Writer {
         let notation = self.notation;
         let set = |text: &str| notation.typeset(text);
         match &form.kind {
-            FormKind::Named { name, arguments: None } => {
-                self.push(depth, format!("{opening}{}{condition}", text(notation, &name.text)));
+            FormKind::Named { name, arguments: None, by } => {
+                let words = match by.as_slice() {
+                    [] => name.text.clone(),
+                    by => {
+                        let by: Vec<&str> = by.iter().map(|index| index.text.as_str()).collect();
+                        format!("{} for each {}", name.text, by.join(", "))
+                    }
+                };
+                self.push(depth, format!("{opening}{}{condition}", text(notation, &words)));
             }
-            FormKind::Named { name, arguments: Some(arguments) } => match arguments.as_slice() {
+            FormKind::Named { name, arguments: Some(arguments), .. } => match arguments.as_slice() {
                 [argument] if is_choice(argument) => self.choice(depth, opening, &name.text, argument),
                 _ => {
                     let arguments: Vec<String> = arguments.iter().map(Expr::to_string).collect();

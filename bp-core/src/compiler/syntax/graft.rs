@@ -18,6 +18,35 @@ pub fn graft(file: &mut File, learned: &Program) {
     }
 }
 
+/// What was learned, as it stands in the author's text: the parameters, and each form that had an `unknown`, once.
+pub fn learned_part(file: &File, learned: &Program) -> Program {
+    let mut part = learned.clone();
+    let mut grafted = file.clone();
+    let heads: Vec<String> = (file.programs.last().into_iter().flat_map(definitions))
+        .filter(|definition| unknown(&mut definition.form.clone()).is_some())
+        .map(|definition| definition.head.to_string())
+        .collect();
+    graft(&mut grafted, learned);
+    let forms: Vec<Definition> = (grafted.programs.last().into_iter().flat_map(definitions))
+        .filter(|definition| heads.contains(&definition.head.to_string()))
+        .map(|definition| Definition { comments: Comments::default(), ..definition.clone() })
+        .collect();
+    for section in &mut part.sections {
+        if let SectionKind::Forms(own) = &mut section.kind {
+            own.clone_from(&forms);
+        }
+    }
+    part
+}
+
+/// The forms of a program, in the order written.
+fn definitions(program: &Program) -> impl Iterator<Item = &Definition> {
+    program.sections.iter().flat_map(|section| match &section.kind {
+        SectionKind::Forms(definitions) => definitions.as_slice(),
+        _ => &[],
+    })
+}
+
 /// Replaces the next `unknown` of a factor by a form.
 fn replace(program: &mut Program, learned: &Definition) {
     let Some(left) = learned.head.left.first().map(Occurrence::to_string) else { return };

@@ -10,5 +10,5 @@ mod parse;
 mod print;
 
 pub use check::{check, compile, parse_question};
-pub use graft::graft;
+pub use graft::{graft, learned_part};
 pub use parse::parse;

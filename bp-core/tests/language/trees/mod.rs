@@ -153,8 +153,9 @@ fn form() -> impl Strategy<Value = Form> {
         .prop_map(|(comments, keys, values)| Row { at: At::default(), comments, keys, values });
     let segment =
         (name(), prop::collection::vec(expr(), 0..2)).prop_map(|(name, index)| Segment { name, index });
-    let named = (name(), prop::option::of(prop::collection::vec(expr(), 0..3)))
-        .prop_map(|(name, arguments)| FormKind::Named { name, arguments });
+    let named =
+        (name(), prop::option::of(prop::collection::vec(expr(), 0..3)), prop::collection::vec(name(), 0..2))
+            .prop_map(|(name, arguments, by)| FormKind::Named { name, arguments, by });
     let leaf = prop_oneof![
         named,
         prop::collection::vec(row, 0..3).prop_map(FormKind::Table),

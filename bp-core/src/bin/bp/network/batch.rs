@@ -26,9 +26,10 @@ Examples:
   bp batch asia.bif --cases cases.csv --only lung,tub
 
 The first row of the cases names the observed variables; an empty cell, `NA`,
-`NaN` and `?` are not observed. Columns that name no variable are refused. Each
-row of the output has `ln_p_evidence`, then a column `variable=value` for each
-value, and `variable.mean` and `variable.deviation` for each real.")]
+`NaN` and `?` are not observed. Columns that name no variable are refused; --ignore
+leaves one out. Each row of the output has `ln_p_evidence`, then a column
+`variable=value` for each value, and `variable.mean` and `variable.deviation`
+for each real.")]
 pub(crate) struct Arguments {
     /// A network (.bif, .xml, .uai, .net) or a program (.bp).
     #[arg(value_name = "NETWORK")]
@@ -36,6 +37,9 @@ pub(crate) struct Arguments {
     /// The cases: a table (CSV), or a UAI evidence file (.evid).
     #[arg(long, value_name = "FILE")]
     cases: PathBuf,
+    /// Columns of the table to ignore; may be repeated.
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
+    ignore: Vec<String>,
     #[command(flatten)]
     separator: Separator,
     /// Set a parameter, or the size of a set, of a program; may be repeated.
@@ -56,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let table = if is_uai { None } else { Some(data::open(&arguments.cases, &arguments.separator)?) };
     let network = program::network(&arguments.file, program::format_of(&arguments.file)?)?;
     let records = match table {
-        Some(table) => table,
+        Some(table) => table.without(&arguments.ignore)?,
         None => uai(&network, &arguments.cases)?,
     };
     let settings = Settings::read(&network.model, &arguments.settings, &names(&network.model))?;

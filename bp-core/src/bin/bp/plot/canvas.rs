@@ -16,6 +16,9 @@ pub(super) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>
 
 const FONT: &str = "sans-serif";
 const SIZE: (u32, u32) = (900, 430);
+/// The room beside the cells of a heat map, for labels and colour bar, and above and below them.
+const BESIDE_MAP: u32 = 236;
+const ABOVE_MAP: u32 = 104;
 /// A PNG has this many pixels for each unit.
 const FINE: u32 = 2;
 pub(super) const COLOURS: [RGBColor; 6] = [
@@ -26,6 +29,8 @@ pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(150, 120, 20),
     RGBColor(90, 90, 90),
 ];
+/// The bars of draws inside an interval.
+const INSIDE: RGBColor = RGBColor(128, 158, 190);
 const INK: RGBColor = RGBColor(40, 40, 40);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 
@@ -35,8 +40,7 @@ pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
     include_font();
     let mut text = String::new();
     {
-        let (columns, rows) = layout(panels.len());
-        let size = (SIZE.0 * columns, SIZE.1 * rows);
+        let size = size(panels);
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
         draw(&root, panels, 1).and_then(|()| root.present()).map_err(|error| error.to_string())?;
     }
@@ -46,8 +50,8 @@ pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
 /// The panels as PNG.
 pub(super) fn png(panels: &[Panel]) -> Result<Vec<u8>, String> {
     include_font();
-    let (columns, rows) = layout(panels.len());
-    let (width, height) = (SIZE.0 * columns * FINE, SIZE.1 * rows * FINE);
+    let (width, height) = size(panels);
+    let (width, height) = (width * FINE, height * FINE);
     let mut pixels = vec![255; 3 * width as usize * height as usize];
     {
         let root = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
@@ -61,6 +65,21 @@ pub(super) fn png(panels: &[Panel]) -> Result<Vec<u8>, String> {
     writer.write_image_data(&pixels).map_err(|error| error.to_string())?;
     writer.finish().map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
+}
+
+/// Width and height of all panels: a heat map has square cells, where that is not too high.
+fn size(panels: &[Panel]) -> (u32, u32) {
+    let (columns, rows) = layout(panels.len());
+    let high = |panel: &Panel| match panel {
+        Panel::Heat(heat) => {
+            let (across, upwards) = (heat.across.1.len().max(1), heat.upwards.1.len());
+            let cells = f64::from(SIZE.0 - BESIDE_MAP) * upwards as f64 / across as f64;
+            (cells as u32 + ABOVE_MAP).clamp(SIZE.1, SIZE.0)
+        }
+        _ => SIZE.1,
+    };
+    let height = panels.iter().map(high).max().unwrap_or(SIZE.1);
+    (SIZE.0 * columns, height * rows)
 }
 
 /// Columns and rows of panels.
@@ -219,13 +238,23 @@ impl Pen {
         if !panel.histogram.is_empty() {
             let bars = panel.histogram.iter();
             let name = if panel.curves.is_empty() { "draws" } else { "data" };
+            let is_inside = |middle: f64| {
+                panel.curves.is_empty()
+                    && panel.interval.is_some_and(|(from, to)| (from..=to).contains(&middle))
+            };
             chart
                 .draw_series(bars.map(|(from, to, height)| {
-                    Rectangle::new([(*from, 0.0), (*to, *height)], RGBColor(185, 200, 216).filled())
+                    let plain = RGBColor(185, 200, 216).filled();
+                    let inside = is_inside(0.5 * (from + to));
+                    Rectangle::new(
+                        [(*from, 0.0), (*to, *height)],
+                        if inside { INSIDE.filled() } else { plain },
+                    )
                 }))?
                 .label(name)
                 .legend(move |at| key_box(at, unit, RGBColor(185, 200, 216).filled()));
         }
+        let is_drawn = panel.curves.is_empty();
         if let Some((from, to)) = panel.interval {
             for (_, points) in &panel.curves {
                 let inside = points.iter().filter(|(x, _)| (from..=to).contains(x)).copied();
@@ -233,10 +262,11 @@ impl Pen {
             }
             let ends =
                 [from, to].map(|x| PathElement::new([(x, 0.0), (x, high)], COLOURS[0].stroke_width(unit)));
-            chart
-                .draw_series(ends)?
-                .label(format!("90 %: {} to {}", across(&from), across(&to)))
-                .legend(move |at| key_box(at, unit, COLOURS[0].mix(0.3).filled()));
+            chart.draw_series(ends)?.label(format!("90 %: {} to {}", across(&from), across(&to))).legend(
+                move |at| {
+                    key_box(at, unit, if is_drawn { INSIDE.filled() } else { COLOURS[0].mix(0.3).filled() })
+                },
+            );
         }
         for (number, (name, points)) in panel.curves.iter().enumerate() {
             let colour = COLOURS[number % COLOURS.len()];

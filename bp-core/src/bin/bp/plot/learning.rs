@@ -6,12 +6,14 @@
 use super::contexts::laws;
 use super::panels::points;
 use super::{Course, Curve, Density, Panel};
-use bp_core::compiler::answer::NamedLaw;
+use bp_core::compiler::answer::{Figure, NamedLaw};
 use bp_core::compiler::data::Records;
 use bp_core::compiler::learn::Learned;
-use bp_core::compiler::model::Model;
+use bp_core::compiler::model::{Model, VariableUse};
 use bp_core::compiler::source::Source;
 use bp_core::compiler::syntax::{check, graft, parse};
+use bp_core::program::Program;
+use std::collections::HashMap;
 
 /// Bars of a histogram.
 const BINS: usize = 30;
@@ -81,12 +83,21 @@ pub(super) fn learning(source: &Source, learned: &Learned, data: Option<&Records
         }
         let margin = 0.08 * (high - low);
         let (low, high) = (low - margin, high + margin);
+        let shares = shares(model, &factor.right);
+        let share =
+            |label: &String| shares.as_ref().map_or(1.0, |all| all.get(label).copied().unwrap_or(1.0));
         let curve = |(label, law): &(String, NamedLaw)| {
             let points = points(low, high, &[(law.mean(), law.variance().sqrt())]).into_iter();
-            (label.clone(), points.map(|x| (x, law.density(x))).filter(|(_, y)| y.is_finite()).collect())
+            let points = points.map(|x| (x, share(label) * law.density(x)));
+            (label.clone(), points.filter(|(_, y)| y.is_finite()).collect())
+        };
+        let head = model.head(factor);
+        let head = match (&shares, factor.right.as_slice()) {
+            (Some(_), [right]) => format!("P({}) {head}", model.variable_name(right.variable)),
+            _ => head,
         };
         panels.push(Panel::Density(Density {
-            title: format!("{} and the data", model.head(factor)),
+            title: format!("{head} and the data"),
             across: name,
             curves: laws.iter().take(MOST_CURVES).map(curve).collect(),
             histogram: histogram(&numbers, low, high, BINS),
@@ -95,6 +106,20 @@ pub(super) fn learning(source: &Source, learned: &Learned, data: Option<&Records
         }));
     }
     panels
+}
+
+/// The probability of each value of the only variable on which a form depends, by `K = value`: the histogram has the data of all
+/// its values together.
+fn shares(model: &Model, right: &[VariableUse]) -> Option<HashMap<String, f64>> {
+    let [right] = right else { return None };
+    let name = model.spelled(right.variable);
+    let is_alone = right.element.is_none() && model.variables[right.variable].domain.is_finite();
+    let answers = is_alone.then(|| Program::from(model.clone()).ask(&format!("P({name})")))?.ok()?;
+    let rows = answers.answer().answer.iter().map(|row| match (&row.figure, row.values.as_slice()) {
+        (Figure::Probability { p }, [(of, value)]) => Some((format!("{of} = {value}"), *p)),
+        _ => None,
+    });
+    rows.collect()
 }
 
 /// The numbers of a column, each with the weight 1; other cells are left out.

@@ -58,6 +58,7 @@ pub(crate) struct Density {
 }
 
 /// A line: its name, its points, and a band around them.
+#[derive(Clone)]
 pub(crate) struct Curve {
     pub(crate) name: String,
     pub(crate) points: Vec<(f64, f64)>,

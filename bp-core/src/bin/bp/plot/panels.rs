@@ -95,6 +95,9 @@ fn finite(question: &str, rows: &[Row]) -> Option<Panel> {
             }));
         }
     }
+    if let Some(contexts) = of_contexts(question, rows, &names) {
+        return Some(contexts);
+    }
     let label = |row: &Row| {
         let words: Vec<&str> = row.values.iter().map(|(_, value)| value.as_str()).collect();
         words.join(", ")
@@ -110,11 +113,72 @@ fn finite(question: &str, rows: &[Row]) -> Option<Panel> {
     Some(Panel::Bars(Bars { title: question.to_owned(), across, upwards: measure, bars }))
 }
 
+/// A heat map of several distributions, one for each context: a column for each context, a row for each value.
+fn of_contexts(question: &str, rows: &[Row], names: &[&str]) -> Option<Panel> {
+    let numbers: Vec<f64> = rows.iter().map(|row| row.p()).collect::<Option<_>>()?;
+    let different = |column: usize| {
+        let mut seen: Vec<&str> = rows.iter().map(|row| row.values[column].1.as_str()).collect();
+        seen.sort_unstable();
+        seen.dedup();
+        seen.len()
+    };
+    // What is searched stands last, and its probabilities sum to one in each context that is possible.
+    let is_whole = |part: &[f64]| {
+        let total: f64 = part.iter().sum();
+        total == 0.0 || (total - 1.0).abs() < 1e-9
+    };
+    let mut block = 1;
+    for first in (1..names.len()).rev() {
+        block *= different(first);
+        if block > 1 && rows.len().is_multiple_of(block) && numbers.chunks(block).all(is_whole) {
+            let contexts = rows.len() / block;
+            if names.len() < 3 || contexts < 2 || contexts.max(block) > MOST_CELLS {
+                return None;
+            }
+            let label = |row: &Row, columns: std::ops::Range<usize>| {
+                row.values[columns].iter().map(|(_, value)| value.as_str()).collect::<Vec<_>>().join(", ")
+            };
+            let across = rows.iter().step_by(block).map(|row| label(row, 0..first)).collect();
+            let upwards = rows[..block].iter().map(|row| label(row, first..names.len())).collect();
+            let cells = (0..block).flat_map(|value| numbers[value..].iter().step_by(block).copied());
+            return Some(Panel::Heat(Heat {
+                title: question.to_owned(),
+                across: (names[..first].join(", "), across),
+                upwards: (names[first..].join(", "), upwards),
+                measure: "probability".to_owned(),
+                numbers: cells.collect(),
+            }));
+        }
+    }
+    None
+}
+
+/// Probabilities of many values over instants, as a heat map; none of few, which are lines.
+fn over_instants(answer: &Answer, lines: &[Curve]) -> Option<Panel> {
+    let first = lines.first()?;
+    let name = first.name.split_once(" = ")?.0;
+    let values =
+        lines.iter().map(|line| line.name.strip_prefix(name)?.strip_prefix(" = ").map(str::to_owned));
+    let values: Vec<String> = values.collect::<Option<_>>()?;
+    let is_whole = lines.iter().all(|line| line.points.len() == first.points.len());
+    if lines.len() <= super::canvas::COLOURS.len() || !is_whole || first.points.len() < 2 {
+        return None;
+    }
+    let instants = first.points.iter().map(|(t, _)| t.to_string()).collect();
+    Some(Panel::Heat(Heat {
+        title: answer.question.clone(),
+        across: ("instant t".to_owned(), instants),
+        upwards: (name.to_owned(), values),
+        measure: "probability".to_owned(),
+        numbers: lines.iter().flat_map(|line| line.points.iter().map(|(_, p)| *p)).collect(),
+    }))
+}
+
 /// The density of a real with its interval.
 fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<Panel> {
     let name = part.of[place].name(model);
     let alone = part.marginal(&[place]);
-    let title = match part.given.is_empty() {
+    let title = match part.given.is_empty() && part.of.len() == 1 {
         true => question.to_owned(),
         false => format!("{question}: {name}"),
     };
@@ -268,6 +332,12 @@ fn courses(answer: &Answer) -> Vec<Panel> {
     // Of two values the second one says all.
     if probabilities && order.len() == 2 && order[0].ends_with("= false") {
         order.remove(0);
+    }
+    if probabilities {
+        let all: Vec<Curve> = order.iter().filter_map(|name| lines.get(name).cloned()).collect();
+        if let Some(map) = over_instants(answer, &all) {
+            return vec![map];
+        }
     }
     order.truncate(MOST_LINES);
     let lines: Vec<Curve> = order.iter().filter_map(|name| lines.remove(name)).collect();

@@ -38,8 +38,9 @@ impl ModelBuilder {
             }
             false => weights.to_vec(),
         };
-        let (weights, zero) = (&smaller, self.number(0.0));
-        let total = weights.iter().fold(zero, |sum, weight| self.binary(Binary::Add, sum, *weight));
+        let weights = &smaller;
+        let sum = weights.iter().copied().reduce(|sum, weight| self.binary(Binary::Add, sum, weight));
+        let total = sum.unwrap_or_else(|| self.number(0.0));
         let share = |weight: &ExpressionId| self.binary(Binary::Divide, *weight, total);
         Form::Categorical(weights.iter().map(share).collect())
     }

@@ -176,7 +176,7 @@ fn branch_faults(
                 }
             }
         }
-        Form::Unknown(fit) => law::fit_faults(model, id, fit, domain, name, faults),
+        Form::Unknown(unlearned) => law::fit_faults(model, id, &unlearned.fit, domain, name, faults),
         Form::Dirac(value) => {
             let constant = model.constant(*value).filter(|value| !value.is_finite());
             match constant {

@@ -98,7 +98,10 @@ impl<'s> Factors<'s> {
         let model = setting.model;
         if let Some(index) = model.plate_index().filter(|index| setting.count(*index) > 1) {
             let (name, count) = (model.variable_name(index), setting.count(index));
-            let reason = format!("it is asked over time for one value of `{name}`, but there are {count}");
+            let reason = format!(
+                "over time one element of a plate is followed, and `{name}` has {count}; to follow them all declare families, such as \
+                 `X[{name} in 1..={count}]`, in place of the plate"
+            );
             return Err(Error::Unplanned { question: model.name.clone(), reason });
         }
         let slots =

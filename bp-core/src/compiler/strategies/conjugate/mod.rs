@@ -22,6 +22,7 @@ mod unknown;
 
 pub(crate) use marginal::Marginal;
 pub use offer::Conjugate;
-pub(crate) use offer::{Engine, marginalised};
+pub(crate) use offer::Engine;
 pub use precision::Precision;
 pub use summed::Summed;
+pub(crate) use summed::marginalised;

@@ -185,20 +185,6 @@ pub(super) fn conjugate_faults(
     })
 }
 
-/// The unknowns of what is observed, where all have conjugate priors: whatever is asked depends on the observations through them
-/// alone.
-pub(crate) fn marginalised(model: &Model, asks: &[Ask]) -> Option<Conjugate> {
-    let known = &asks[0].known;
-    if model.plate.is_some() || known.is_empty() || !known.iter().all(|known| is_observed(model, known)) {
-        return None;
-    }
-    let behind = relevant_factors(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
-    let is_known = |id: VariableId| known.iter().any(|known| known.variable == id);
-    let (priors, observed) = parted(model, &behind, &is_known);
-    let fits = conjugate_faults(model, &priors, &observed, &is_known).is_none();
-    (!priors.is_empty() && fits).then(|| Conjugate { asks: asks.to_vec(), priors, observed })
-}
-
 /// The conjugate priors among some factors, and the others; parents first.
 pub(super) fn parted(
     model: &Model,
@@ -238,15 +224,15 @@ fn observed_fault(
         return Some(why);
     }
     let scope = of_form(model, id);
+    if is_finite && reads_counts(&factor.form) && scope.iter().any(|parent| kind(*parent).is_some()) {
+        return Some(format!(
+            "`{head}` is normalised over its range, so that its rate has no conjugate prior: declare the count as `real`"
+        ));
+    }
     if let Some(hidden) = scope.iter().find(|parent| !is_known(**parent) && kind(**parent).is_none()) {
         let hidden = model.variable_name(*hidden);
         return Some(format!(
             "`{head}` depends on `{hidden}`, which is neither observed nor has a conjugate prior"
-        ));
-    }
-    if is_finite && reads_counts(&factor.form) && scope.iter().any(|parent| kind(*parent).is_some()) {
-        return Some(format!(
-            "`{head}` is normalised over its range, so that its rate has no conjugate prior: declare the count as `real`"
         ));
     }
     let is_vector = model.components(left) > 1 && !matches!(factor.form, Form::Multinomial { .. });

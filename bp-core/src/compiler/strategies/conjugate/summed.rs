@@ -35,8 +35,66 @@ const UNKNOWN_COUNT: f64 = 16.0;
 #[derive(Clone, PartialEq, Debug)]
 pub struct Summed {
     /// Of the program in which the finite variables are known.
-    given: Conjugate,
-    finite: Vec<VariableId>,
+    pub(super) given: Conjugate,
+    pub(super) finite: Vec<VariableId>,
+}
+
+/// The most combinations of values of which each is stored, to draw from.
+const MOST_STORED: f64 = 4096.0;
+
+/// The unknowns of what is observed, where all have conjugate priors given a few finite variables: whatever is asked depends on the
+/// observations through them alone.
+pub(crate) fn marginalised(model: &Model, asks: &[Ask]) -> Option<Summed> {
+    let known = &asks[0].known;
+    if model.plate.is_some() || known.is_empty() || !known.iter().all(|known| is_observed(model, known)) {
+        return None;
+    }
+    let behind = relevant_factors(model, &[Ask { searched: Vec::new(), ..asks[0].clone() }]);
+    let is_given = |id: VariableId| known.iter().any(|known| known.variable == id);
+    let finite = hidden_finite(model, &behind, &is_given);
+    let is_counted = finite.iter().all(|id| model.variables[*id].domain.count().is_some());
+    if !is_counted || combinations(model, &finite).ok()? > MOST_STORED {
+        return None;
+    }
+    let is_known = |id: VariableId| is_given(id) || finite.contains(&id);
+    let (priors, observed) = parted(model, &behind, &is_known);
+    let fits = conjugate_faults(model, &priors, &observed, &is_known).is_none();
+    (!priors.is_empty() && fits)
+        .then(|| Summed { given: Conjugate { asks: asks.to_vec(), priors, observed }, finite })
+}
+
+/// The finite variables that some factors distribute, and that are not given.
+fn hidden_finite(
+    model: &Model,
+    factors: &[FactorId],
+    is_given: &dyn Fn(VariableId) -> bool,
+) -> Vec<VariableId> {
+    let left = factors.iter().flat_map(|id| model.factors[*id].left.iter().map(|use_| use_.variable));
+    let mut finite: Vec<VariableId> =
+        left.filter(|id| model.variables[*id].domain.is_finite() && !is_given(*id)).collect();
+    finite.sort_unstable();
+    finite.dedup();
+    finite
+}
+
+/// The number of combinations of values of some variables; a domain whose bounds are not known counts once.
+///
+/// # Errors
+/// The length of a family is not known.
+fn combinations(model: &Model, finite: &[VariableId]) -> Result<f64, String> {
+    let mut combinations = 1.0;
+    for id in finite {
+        let variable = &model.variables[*id];
+        let length = match variable.family {
+            None => Some(1),
+            Some(family) => model.index_count(&family.over),
+        };
+        let Some(length) = length else {
+            return Err(format!("the number of values of `{}` depends on a size", model.variable_name(*id)));
+        };
+        combinations *= variable.domain.count().map_or(1.0, |count| count as f64).powf(length as f64);
+    }
+    Ok(combinations)
 }
 
 /// The offer, or why finite variables are not all that stands between the program and conjugate priors.
@@ -62,25 +120,11 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Result<Summed, String> {
         !is_given(left) && of_unknowns(left)
     };
     let all: Vec<FactorId> = relevant_factors(model, asks).into_iter().filter(|id| !is_derived(id)).collect();
-    let left = all.iter().flat_map(|id| model.factors[*id].left.iter().map(|use_| use_.variable));
-    let mut finite: Vec<VariableId> = left.filter(|id| is_finite(*id) && !is_given(*id)).collect();
-    finite.sort_unstable();
-    finite.dedup();
+    let finite = hidden_finite(model, &all, &is_given);
     if finite.is_empty() {
         return Err("no finite variable is hidden".to_owned());
     }
-    let mut combinations = 1.0;
-    for id in &finite {
-        let variable = &model.variables[*id];
-        let length = match variable.family {
-            None => Some(1),
-            Some(family) => model.index_count(&family.over),
-        };
-        let Some(length) = length else {
-            return Err(format!("the number of values of `{}` depends on a size", model.variable_name(*id)));
-        };
-        combinations *= variable.domain.count().map_or(1.0, |count| count as f64).powf(length as f64);
-    }
+    let combinations = combinations(model, &finite)?;
     if combinations > MOST_COMBINATIONS {
         return Err(format!("the finite variables have more than {MOST_COMBINATIONS} combinations"));
     }

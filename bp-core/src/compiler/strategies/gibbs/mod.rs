@@ -147,7 +147,10 @@ pub fn gibbs(
                     chain.draws.clear();
                     chain.hamiltonians.iter_mut().for_each(Hamiltonian::settle);
                 }
-                chain.sweep(sweep, sweep < burn_in, kept)?;
+                let has_draws = chain.draws.len() >= FEWEST_DRAWS * kept.len();
+                if !chain.sweep(sweep, (sweep < burn_in, has_draws), kept)? {
+                    break;
+                }
             }
             Ok(())
         });
@@ -215,8 +218,14 @@ struct Chain<'b> {
 }
 
 impl Chain<'_> {
-    /// Draws each site once, each block along its directions or gradient, and all that is kept.
-    fn sweep(&mut self, sweep: usize, burns_in: bool, kept: &[usize]) -> Result<(), Error> {
+    /// Draws each site once, each block along its directions or gradient, and all that is kept; `false` where it may end
+    /// early and was asked to.
+    fn sweep(
+        &mut self,
+        sweep: usize,
+        (burns_in, may_end): (bool, bool),
+        kept: &[usize],
+    ) -> Result<bool, Error> {
         let mut alone = vec![true; self.blankets.sites.len()];
         for (block, directions) in self.blocks.iter().zip(&self.directions) {
             let is_alone = directions.is_empty() || !block.is_complete();
@@ -227,6 +236,9 @@ impl Chain<'_> {
             gradient.sites.iter().for_each(|site| alone[*site] = is_alone);
         }
         for site in (0..alone.len()).filter(|site| alone[*site]) {
+            if may_end && progress::is_stopped() {
+                return Ok(false);
+            }
             self.renew(site, burns_in)?;
         }
         for (block, directions) in self.blocks.iter().zip(&mut self.directions) {
@@ -243,7 +255,7 @@ impl Chain<'_> {
         self.blankets.complete(&mut self.values, &mut self.memory, &mut self.random)?;
         self.draws.extend(kept.iter().map(|slot| self.values[*slot]));
         self.blankets.withdraw(&mut self.values);
-        Ok(())
+        Ok(true)
     }
 
     /// Draws one site from its full conditional.

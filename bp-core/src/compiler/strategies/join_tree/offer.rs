@@ -64,7 +64,7 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
     let has_families = model.variables.values().any(|variable| variable.family.is_some());
     let any_number = asked_for || is_group || !has_families;
     if model.factors.len() <= MANY_FACTORS && !any_number {
-        return Err(of_elements());
+        return Err(if is_finite(model, asks) { of_elements() } else { "not all is finite".to_owned() });
     }
     let mut draft = Draft::define(model, asks.to_vec(), options);
     draft.marginalise();

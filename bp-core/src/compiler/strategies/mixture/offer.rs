@@ -50,7 +50,7 @@ fn offer(model: &Model, asks: &[Ask], forced: bool) -> Result<Mixture, String> {
         return Err(why);
     }
     let is_finite = |id: &VariableId| model.variables[*id].domain.is_finite();
-    let one_kind = || Err("it takes finite variables and reals together".to_owned());
+    let one_kind = || Err("it is for programs with both finite variables and reals".to_owned());
     if model.variables.ids().all(|id| is_finite(&id)) {
         return one_kind();
     }

@@ -58,8 +58,7 @@ fn answers(
     fits(model.ask_text(ask), &kept, sampling)?;
     let weighted = || {
         let posterior = route.conjugate.as_ref();
-        let posterior =
-            posterior.map(|it| it.marginal(&setting, ask, observations.values.clone())).transpose()?;
+        let posterior = posterior.map(|it| it.marginal(&setting, ask, &observations.values)).transpose()?;
         weigh(&setting, &route.steps, &observations, posterior.as_ref(), &kept, sampling)
     };
     let mut by = route.by;

@@ -15,7 +15,7 @@ use crate::equation::{Group, Line, Notation, Strategy};
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId, VariableId};
 use crate::model::{Ask, Domain, Expression, Finding, Form, Model, Question, in_order};
-use crate::strategies::conjugate::{Conjugate, marginalised};
+use crate::strategies::conjugate::{Summed, marginalised};
 use crate::strategies::gibbs::{chooses_labels, derivation, integrated};
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn};
 use std::collections::HashSet;
@@ -49,7 +49,7 @@ pub struct Sampled {
     /// Whether there are so many observations that few draws of the prior agree with them.
     pub(crate) many: bool,
     /// The unknowns of what is observed, where their posteriors are known: they are drawn from these.
-    pub(crate) conjugate: Option<Conjugate>,
+    pub(crate) conjugate: Option<Summed>,
     /// Whether the elements of a family depend on hidden finite elements of their own.
     pub(super) labels: bool,
     /// Whether a long family is observed, and a real on which others depend is drawn.
@@ -307,7 +307,17 @@ impl Sampled {
         let list = names.join(&notation.text(" ", "\\, "));
         let draw = |name: &String| format!("{name}{}", notation.text("ⁿ", "^{(n)}"));
         let draws = names.iter().map(draw).collect::<Vec<_>>().join(&notation.text(" ", "\\, "));
+        // Chains, and draws of an exact posterior, have no weights.
+        let equal = self.by == Strategy::Gibbs || self.conjugate.is_some();
         let estimator = match notation {
+            Notation::Unicode if equal => format!("{left} ≈ 1/N Σₙ [{draws} = {list}]"),
+            Notation::Latex if equal => {
+                format!("{left} \\approx \\frac{{1}}{{N}} \\sum_n [{draws} = {list}]")
+            }
+            Notation::MathMl if equal => {
+                let part = "<mfrac><mn>1</mn><mi>N</mi></mfrac><msub><mo>Σ</mo><mi>n</mi></msub>";
+                format!("{left}<mo>≈</mo>{part}<mo>[</mo>{draws}<mo>=</mo>{list}<mo>]</mo>")
+            }
             Notation::Unicode => format!("{left} ≈ Σₙ wₙ [{draws} = {list}] / Σₙ wₙ"),
             Notation::Latex => {
                 format!("{left} \\approx \\frac{{\\sum_n w_n\\, [{draws} = {list}]}}{{\\sum_n w_n}}")
@@ -324,6 +334,19 @@ impl Sampled {
             let mut lines = derivation(model, self, notation);
             lines.push(("Gibbs sampling".to_owned(), reason, estimator));
             return lines;
+        }
+        if let Some(posterior) = &self.conjugate {
+            let drawn = notation.names(model, &posterior.unknowns(model));
+            let draws = notation.text("draw ~ ", "\\text{draw} \\sim ");
+            let from = notation.distribution(&drawn, &notation.names(model, &right));
+            let reason = "what is observed is conjugate to the priors: the unknowns are drawn from their exact posterior, and all else \
+                          from its own form";
+            let none = if self.over_budget { "" } else { "no exact strategy applies: " };
+            let last = format!("{none}{}; the answer is estimated by draws", self.reason);
+            return vec![
+                ("conjugate".to_owned(), reason.to_owned(), format!("{draws}{from}")),
+                ("draws of the posterior".to_owned(), last, estimator),
+            ];
         }
         let mut lines = Vec::new();
         let space = notation.text(" ", "\\, ");

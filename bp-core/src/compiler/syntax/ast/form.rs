@@ -44,6 +44,8 @@ pub enum FormKind {
         name: Name,
         /// Its arguments; `None` without brackets.
         arguments: Option<Vec<Expr>>,
+        /// The indices behind `by`.
+        by: Vec<Name>,
     },
     /// `table { row; row; }`
     Table(Vec<Row>),

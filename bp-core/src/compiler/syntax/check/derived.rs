@@ -10,7 +10,7 @@ use crate::diagnostic::Diagnostics;
 use crate::ids::{ExpressionId, Id, ParameterId, SetId, VariableId};
 use crate::model::{
     self, Bound, Derived, DerivedKind, Domain, Expression, Family, IndexSpace, Model, ModelBuilder,
-    VariableUse,
+    VariableUse, When,
 };
 use crate::source::Span;
 use crate::syntax::ast::{
@@ -23,7 +23,7 @@ pub(super) type Found = Vec<(Span, Option<usize>)>;
 /// Whether an ask has an item that is not a whole variable.
 pub(super) fn derives(ask: &Ask) -> bool {
     let whole = |item: &&Item| matches!(&item.subject, Subject::Variable(it) if it.index.is_empty());
-    !items(ask).all(|item| whole(&item))
+    !items(ask).all(|item| whole(&item)) || !predicted(ask).is_empty()
 }
 
 fn items(ask: &Ask) -> impl Iterator<Item = &Item> {
@@ -65,6 +65,7 @@ impl<'p> Checker<'p> {
             .filter(|item| over_time && item.evidence.is_none())
             .map(|item| item.at.0)
             .collect();
+        let predicted = predicted(ask);
         let start = derived.len();
         let known =
             ask.distribution.known.iter().filter(|item| item.evidence.is_none() && ask.from.is_none());
@@ -75,6 +76,13 @@ impl<'p> Checker<'p> {
             .collect();
         let searched: Vec<Span> = ask.distribution.searched.iter().map(|item| item.at.0).collect();
         for item in items(ask) {
+            if predicted.contains(&item.at.0) && self.derived_name(item).is_none() {
+                if let Some(later) = self.later(item) {
+                    derived.push(later);
+                    found.push((item.at.0, Some(derived.len() - 1)));
+                }
+                continue;
+            }
             let Some(name) = self.derived_name(item) else { continue };
             let holds = !searched.contains(&item.at.0) && item.evidence.is_none();
             // Known variables of an ask may occur in its functions.
@@ -86,6 +94,21 @@ impl<'p> Checker<'p> {
             found.push((item.at.0, place));
         }
         found
+    }
+
+    /// A variable at the instant that is predicted, apart from the same variable as it is known up to now.
+    fn later(&self, item: &Item) -> Option<Derived> {
+        let Subject::Variable(occurrence) = &item.subject else { return None };
+        let Some(Meaning::Variable(variable)) = self.meaning(&occurrence.name.text) else { return None };
+        let declared = &self.model.so_far().variables[variable];
+        let (name, domain) = (occurrence.name.text.clone(), declared.domain.clone());
+        if let Some(family) = declared.family {
+            let IndexSpace::Range(range) = family.over else { return None };
+            return range.high.size.is_none().then(|| sliced(name, variable, domain, range));
+        }
+        let use_ = VariableUse::from(variable);
+        let (right, nodes) = (vec![use_.clone()], vec![Expression::Variable(use_)]);
+        Some(Derived { name, kind: DerivedKind::Element, domain, over: None, right, nodes })
     }
 
     /// The name of the derived variable of an item; `None` for a whole variable, or for an index on a variable that is
@@ -262,6 +285,22 @@ impl Scope {
         let head = "the question".to_owned();
         Self { head, visible, products: Vec::new(), bound: Vec::new(), numbered: true }
     }
+}
+
+/// The searched variables of a prediction that are known too: up to now, not at the instant that is predicted.
+fn predicted(ask: &Ask) -> Vec<Span> {
+    if !matches!(words::read(ask, &mut Diagnostics::default()).1, When::Predict(_)) {
+        return Vec::new();
+    }
+    let name = |item: &Item| match &item.subject {
+        Subject::Variable(occurrence) if occurrence.index.is_empty() && !occurrence.before => {
+            Some(occurrence.name.text.clone())
+        }
+        _ => None,
+    };
+    let known: Vec<Option<String>> = ask.distribution.known.iter().map(name).collect();
+    let is_known = |item: &&Item| name(item).is_some() && known.contains(&name(item));
+    ask.distribution.searched.iter().filter(is_known).map(|item| item.at.0).collect()
 }
 
 /// Some elements of a family, each the element of its index.

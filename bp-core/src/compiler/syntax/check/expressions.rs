@@ -286,6 +286,12 @@ impl Checker<'_> {
         let mut known: Vec<&str> = known.collect();
         known.sort_unstable();
         let help = did_you_mean(text, known).or_else(|| {
+            if text == "do" {
+                return Some(
+                    "an intervention is another program, in which the variable has a form of its own: `P(X) = dirac(true)`"
+                        .to_owned(),
+                );
+            }
             let lower = text.starts_with(char::is_lowercase);
             lower.then(|| format!("declare it: `parameters {{ {text} : real; }}`"))
         });

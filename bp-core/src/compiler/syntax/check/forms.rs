@@ -127,7 +127,15 @@ impl Checker<'_> {
 
     pub(super) fn form(&mut self, form: &ast::Form, target: &Target, scope: &mut Scope) -> Option<Form> {
         match &form.kind {
-            FormKind::Named { name, arguments } => {
+            FormKind::Named { name, by, .. } if !by.is_empty() && name.text != "unknown" => {
+                let message = format!("`by` belongs to `unknown`, and `{name}` is not learned");
+                self.complain_and_help(by[0].span(), message, "leave `by` out");
+                None
+            }
+            FormKind::Named { name, arguments, by } if !by.is_empty() => {
+                self.unknown_form(form.span(), (arguments.as_deref().unwrap_or_default(), by), target, scope)
+            }
+            FormKind::Named { name, arguments, .. } => {
                 self.named(form.span(), name, arguments.as_deref(), target, scope)
             }
             FormKind::Table(rows) => self.table(form.span(), rows, target, scope),

@@ -126,7 +126,19 @@ impl Checker<'_> {
                     format!("function `{other}` is not known; the functions are {}", listed(FUNCTIONS, "and"))
                 };
                 let mut wrong = Diagnostic::new(name.span(), message);
-                wrong.help = did_you_mean(other, FUNCTIONS);
+                let is_instant = |argument: &Expr| {
+                    let text: String = argument.to_string().split_whitespace().collect();
+                    ["t", "t-1", "t+1", "k", "k-1", "n-1"].contains(&text.as_str())
+                };
+                wrong.help = match arguments {
+                    [instant] if is_instant(instant) => Some(format!(
+                        "over time `{other}` is the variable at each instant, and `{other}^-1` that of the instant before"
+                    )),
+                    _ if other == "do" => Some(
+                        "an intervention is another program, in which the variable has a form of its own: `P(X) = dirac(true)`".to_owned(),
+                    ),
+                    _ => did_you_mean(other, FUNCTIONS),
+                };
                 self.wrong.push(wrong);
                 None
             }

@@ -3,8 +3,10 @@
 //! In: an ask as written. Out: the same ask with an item for each value, where the list is not the value of a vector. Invariant: a
 //! list of another length is an error.
 
+use super::patterns::ordinal_of;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::model::{Domain, Form, IndexSpace, Model};
+use crate::source::Span;
 use crate::syntax::ast::{Ask, Expr, ExprKind, Finding, Item, Occurrence, Sign, Subject, Value, ValueKind};
 use std::borrow::Cow;
 
@@ -84,6 +86,10 @@ fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
     if variable.family.is_none() && vector(values).is_some() && form.is_some_and(counts) {
         return vec![item];
     }
+    if let Some(fault) = of_another_domain(values, &variable.domain, (&name.text, item.at.0)) {
+        wrong.push(fault);
+        return Vec::new();
+    }
     let one = |(place, value): (i64, &Value)| {
         let index = vec![Expr { at: value.at, kind: ExprKind::Number((first + place).to_string()) }];
         let occurrence = Occurrence { at: value.at, name: name.clone(), index, before };
@@ -91,4 +97,29 @@ fn elements(model: &Model, item: Item, wrong: &mut Diagnostics) -> Vec<Item> {
         Item { at: value.at, subject: Subject::Variable(occurrence), evidence }
     };
     (0..).zip(values).map(one).collect()
+}
+
+/// One mistake where several values are no values of a finite domain: `[1, 0, 1]` of truth values.
+fn of_another_domain(values: &[Value], domain: &Domain, (name, span): (&str, Span)) -> Option<Diagnostic> {
+    let is_wrong = |value: &&Value| {
+        matches!(value.kind, ValueKind::Number(..) | ValueKind::Boolean(_))
+            && ordinal_of(value, domain).is_none()
+    };
+    if !domain.is_finite() || values.iter().filter(is_wrong).count() < 2 {
+        return None;
+    }
+    let text = |values: &[String]| format!("[{}]", values.join(", "));
+    let written: Vec<String> = values.iter().map(ToString::to_string).collect();
+    let truth = |value: &String| match value.as_str() {
+        "0" => Some("false".to_owned()),
+        "1" => Some("true".to_owned()),
+        _ => None,
+    };
+    let truths: Option<Vec<String>> = written.iter().map(truth).collect();
+    let message = format!("`{}` has values that are none of `{name}`", text(&written));
+    let fault = Diagnostic::new(span, message);
+    Some(match (domain, truths) {
+        (Domain::Boolean, Some(truths)) => fault.with_help(format!("write `{name} = {}`", text(&truths))),
+        _ => Diagnostic { help: domain.help(), ..fault },
+    })
 }

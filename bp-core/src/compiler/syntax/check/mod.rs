@@ -83,10 +83,20 @@ fn question_of(source: &Source, model: &Model) -> Result<Question, Diagnostics> 
             let declared: Vec<&str> =
                 model.questions.values().map(|question| question.name.as_str()).collect();
             let mut wrong = Diagnostic::new(span, format!("`{}` has no question `{text}`", model.name));
-            wrong.help = names::did_you_mean(text, declared.iter().copied()).or_else(|| {
-                let listed = names::listed(declared, "and");
-                (!listed.is_empty()).then(|| format!("its questions are {listed}"))
+            let earlier = model.subroutines.iter().map(|own| &own.program);
+            let mut of_another = earlier.filter(|program| program.question(text).is_some()).map(|program| {
+                format!(
+                    "`{text}` is a question of `{}`; of the programs in a file the last one, `{}`, is asked",
+                    program.name, model.name
+                )
             });
+            wrong.help = of_another
+                .next()
+                .or_else(|| names::did_you_mean(text, declared.iter().copied()))
+                .or_else(|| {
+                    let listed = names::listed(declared, "and");
+                    (!listed.is_empty()).then(|| format!("its questions are {listed}"))
+                });
             wrong.into()
         });
     }

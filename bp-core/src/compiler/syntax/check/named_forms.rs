@@ -140,7 +140,7 @@ impl Checker<'_> {
                 let (low, high) = (self.number_of(low, scope), self.number_of(high, scope));
                 Some(Form::Truncated { form: Box::new(form?), low: low?, high: high? })
             }
-            "unknown" => self.unknown_form(span, given, target),
+            "unknown" => self.unknown_form(span, (given, &[]), target, scope),
             "normal_bins" => {
                 let [mean, deviation] = self.arguments(span, name, given)?;
                 let (mean, deviation) = (self.number_of(mean, scope), self.number_of(deviation, scope));

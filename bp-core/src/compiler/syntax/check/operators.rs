@@ -92,6 +92,12 @@ impl Checker<'_> {
                     let help = format!("write `{low} {first} {middle} and {middle} {} {right}`", op.text());
                     wrong = wrong.with_help(help);
                 }
+                let truth = [(left, &left_type), (right, &right_type)]
+                    .into_iter()
+                    .find(|(_, kind)| **kind == Type::Boolean);
+                if let (Some((expr, _)), true) = (truth, matches!(op, Plus | Minus | Times | Over)) {
+                    wrong = wrong.with_help(format!("as a number it is `if {expr} {{ 1 }} else {{ 0 }}`"));
+                }
                 self.wrong.push(wrong);
                 return None;
             }

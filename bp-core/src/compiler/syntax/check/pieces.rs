@@ -209,13 +209,24 @@ impl Checker<'_> {
             self.complain_and_help(span, format!("`{head}` has no form"), help);
         }
         let several = pieces.len() > 1;
+        let family = self.model.so_far().factors[factor].left[0].variable;
+        let reads_itself = |piece: &Piece| piece.own.right.iter().any(|use_| use_.variable == family);
+        let of_a_sequence = pieces.iter().any(reads_itself);
         let mut joined: Option<Form> = None;
         for piece in pieces.into_iter().rev() {
             let mut form = piece.form?;
             if several && is_unknown(&form) {
                 let message =
                     format!("`{}` is `unknown`, but forms of some elements are not learned", piece.head);
-                let help = "a sequence is learned over time: `P(X | X^-1) = unknown`";
+                let help = match of_a_sequence {
+                    true => "a sequence is learned over time: `P(X | X^-1) = unknown`".to_owned(),
+                    false => {
+                        let name = self.model.so_far().spelled(family);
+                        format!(
+                            "write one product of all elements, `prod(i) {{ P({name}[i] | …) }}`, whose form is `unknown by i`"
+                        )
+                    }
+                };
                 self.complain_and_help(piece.defined.unwrap_or(piece.span), message, help);
                 return None;
             }

@@ -242,16 +242,30 @@ fn variable(model: &Model, occurrence: &Occurrence, wrong: &mut Diagnostics) -> 
     let Some(id) = model.variable(&spoken) else {
         let known: Vec<String> = model.variables.ids().map(|id| model.variable_name(id)).collect();
         let mut diagnostic = Diagnostic::new(occurrence.at.0, format!("unknown variable `{spoken}`"));
-        diagnostic.help = did_you_mean(name, known.iter().map(String::as_str)).or_else(|| {
-            let listed = listed(known.iter().map(String::as_str), "and");
-            (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
+        let at_instant = name.strip_suffix("_t").filter(|stem| model.variable(stem).is_some()).map(|stem| {
+            format!("over time `{stem}` is the variable at each instant, and `{stem}^-1` that of the instant before")
         });
+        diagnostic.help =
+            at_instant.or_else(|| did_you_mean(name, known.iter().map(String::as_str))).or_else(|| {
+                let listed = listed(known.iter().map(String::as_str), "and");
+                (known.len() <= 12 && !known.is_empty()).then(|| format!("the variables are {listed}"))
+            });
         wrong.push(diagnostic);
         return None;
     };
     if !occurrence.index.is_empty() {
         let message = format!("`{name}` is one variable, not a family: it takes no index");
-        wrong.push(Diagnostic::new(occurrence.at.0, message).with_help(format!("write `{name}`")));
+        let of_time = occurrence
+            .index
+            .iter()
+            .any(|index| ["t", "t-1", "t+1"].contains(&index.to_string().replace(' ', "").as_str()));
+        let help = match of_time {
+            true => format!(
+                "over time `{name}` is the variable at each instant, and `{name}^-1` that of the instant before"
+            ),
+            false => format!("write `{name}`"),
+        };
+        wrong.push(Diagnostic::new(occurrence.at.0, message).with_help(help));
         return None;
     }
     Some(id)

@@ -77,7 +77,11 @@ impl Checker<'_> {
         let ask = self.one_ask(&program, question)?;
         let [searched] = ask.searched.as_slice() else {
             let message = format!("`{path}` searches several variables; a form distributes one");
-            self.complain(question.span(), message);
+            let help = format!(
+                "add a question about one of them to `{}`, and another for the others given it",
+                program.name
+            );
+            self.complain_and_help(question.span(), message, help);
             return None;
         };
         if !self.same_values(&program, searched.variable, target.left, question, "distributes") {
@@ -95,7 +99,8 @@ impl Checker<'_> {
                     };
                     let message =
                         format!("`{path}` must be given {expected}, found {} variables", passed.len());
-                    self.complain(question.span(), message);
+                    let help = in_order(&path, &names);
+                    self.complain_and_help(question.span(), message, help);
                     return None;
                 }
                 passed
@@ -110,7 +115,7 @@ impl Checker<'_> {
                             "`{path}` must be given `{name}`, which is not on the right of `{}`",
                             scope.head
                         );
-                        let help = format!("name what it is given: `ask({path} | …)`");
+                        let help = in_order(&path, &names);
                         self.complain_and_help(question.span(), message, help);
                         return None;
                     };
@@ -157,9 +162,25 @@ impl Checker<'_> {
                 Some(ask.clone())
             }
             _ => {
+                let path = format!("{}.{question}", program.name);
+                let fixed = asked
+                    .asks
+                    .iter()
+                    .flat_map(|ask| &ask.known)
+                    .find(|known| known.evidence != Finding::Each);
+                let why = match (asked.asks.as_slice(), fixed) {
+                    ([_], Some(known)) => {
+                        format!("`{path}` fixes the value of `{}`", program.variable_name(known.variable))
+                    }
+                    ([ask], _) if ask.when.is_over_time() => format!("`{path}` is asked over time"),
+                    ([ask], _) if ask.statistic != Statistic::Distribution => {
+                        format!("`{path}` asks for `{}`", ask.statistic.word())
+                    }
+                    ([_], _) => format!("`{}` is repeated over a plate", program.name),
+                    (several, _) => format!("`{path}` asks for {} answers", several.len()),
+                };
                 let message = format!(
-                    "a form may ask for one distribution given the value of each known variable, and `{}.{question}` is more",
-                    program.name
+                    "{why}; a form takes one distribution, for all values of what it is given: `P(X | Y)`"
                 );
                 let help = format!("add a question `P(X | Y)` to `{}`", program.name);
                 self.complain_and_help(question.span(), message, help);
@@ -198,5 +219,17 @@ impl Checker<'_> {
         };
         self.complain(at.span(), message);
         false
+    }
+}
+
+/// How a question is given the variables of another program.
+fn in_order(path: &str, names: &[String]) -> String {
+    let wanted = listed(names.iter().map(String::as_str), "and");
+    match names {
+        [] => format!("write `ask({path})`"),
+        [_] => format!("write `ask({path} | A)` with the variable `A` of this program that is its {wanted}"),
+        _ => format!(
+            "write `ask({path} | A B …)` with the variables of this program that are its {wanted}, in this order"
+        ),
     }
 }

@@ -5,13 +5,14 @@
 //!
 //! `unknown` is Laplace's law of succession for a finite variable, a normal distribution for a real one.
 
-use super::Checker;
+use super::expressions::Scope;
 use super::forms::Target;
 use super::names::{did_you_mean, listed};
+use super::{Checker, Meaning};
 use crate::law::Law;
-use crate::model::{Fit, Form};
+use crate::model::{Apart, Fit, Form, Unlearned};
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind};
+use crate::syntax::ast::{Expr, ExprKind, Name};
 
 /// The estimators that are not in [`Law`].
 const WAYS: [&str; 4] = ["laplace_succession", "histogram", "dirichlet", "linear_regression"];
@@ -36,7 +37,14 @@ impl<'e> Way<'e> {
 }
 
 impl Checker<'_> {
-    pub(super) fn unknown_form(&mut self, span: Span, given: &[Expr], target: &Target) -> Option<Form> {
+    pub(super) fn unknown_form(
+        &mut self,
+        span: Span,
+        (given, by): (&[Expr], &[Name]),
+        target: &Target,
+        scope: &Scope,
+    ) -> Option<Form> {
+        let by = by.iter().map(|index| self.kept_apart(index, scope)).collect::<Option<Vec<Apart>>>();
         let fit = match given {
             [] if target.domain.is_finite() => Fit::LaplaceSuccession,
             [] => Fit::law(Law::Normal),
@@ -51,7 +59,32 @@ impl Checker<'_> {
                 return None;
             }
         };
-        Some(Form::Unknown(fit))
+        Some(Form::Unknown(Unlearned { fit, by: by? }))
+    }
+
+    /// An index for whose values a form is learned separately.
+    fn kept_apart(&mut self, index: &Name, scope: &Scope) -> Option<Apart> {
+        let model = self.model.so_far();
+        if let Some(depth) = scope.products.iter().rposition(|(name, _)| *name == index.text) {
+            return Some(Apart::Product(depth));
+        }
+        let plate = model.plate_index();
+        if let (Some(Meaning::Variable(id)), Some(plate)) = (self.meaning(&index.text), plate)
+            && id == plate
+        {
+            return Some(Apart::Plate);
+        }
+        let indices: Vec<String> = (scope.products.iter().map(|(name, _)| name.clone()))
+            .chain(plate.map(|id| model.variable_name(id)))
+            .collect();
+        let head = &scope.head;
+        let message = format!("`by` takes an index, and `{index}` is none of `{head}`");
+        let help = match indices.as_slice() {
+            [] => "leave `by` out: a form is learned for each combination of values on the right-hand side anyway".to_owned(),
+            several => format!("an index here is {}", listed(several.iter().map(String::as_str), "or")),
+        };
+        self.complain_and_help(index.span(), message, help);
+        None
     }
 
     fn fit(&mut self, how: &Expr, target: &Target) -> Option<Fit> {

@@ -161,8 +161,21 @@ fn unknown(word: &str, span: Span, wrong: &mut Diagnostics) {
         listed(STATISTICS, "and"),
         listed(WHEN, "and")
     );
-    let help =
-        otherwise_called(word, &ELSEWHERE).or_else(|| did_you_mean(word, STATISTICS.into_iter().chain(WHEN)));
+    // `argmax_Spam P(Spam | W)`, `Σ_X P(X Y)`, `arg max P(X)`
+    let indexed = word.split_once('_').and_then(|(first, name)| match first {
+        "Σ" | "∑" | "sum" => {
+            Some(format!("`{name}` is summed out where it is neither searched nor known: leave it out"))
+        }
+        first if known(first) => {
+            Some(format!("what is searched stands in the brackets: `{first} P({name} | …)`"))
+        }
+        _ => None,
+    });
+    let apart = (word == "arg").then(|| "write `argmax P(…)`".to_owned());
+    let help = indexed
+        .or(apart)
+        .or_else(|| otherwise_called(word, &ELSEWHERE))
+        .or_else(|| did_you_mean(word, STATISTICS.into_iter().chain(WHEN)));
     wrong.push(Diagnostic { help, ..Diagnostic::new(span, message) });
 }
 

@@ -3,8 +3,8 @@
 //! In: the parser's error. Out: one diagnostic at the unexpected token. Invariant: names of rules are never shown; if
 //! the end of a statement or of a list is possible, only that is suggested.
 
-use super::comments;
 use super::grammar::Rule;
+use super::{comments, notations};
 use crate::compiler::reference;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -44,6 +44,8 @@ pub(super) fn diagnostic(error: &Error<Rule>, text: &str) -> Diagnostic {
         diagnostic = diagnostic.with_help(
             "a program has the sections `parameters`, `variables`, `decomposition`, `forms`, `identification` and `question`",
         );
+    } else if let Some(help) = notations::help(text.split_at(position), found, &expected) {
+        diagnostic = diagnostic.with_help(help);
     } else if let Some(help) = elsewhere(found, rules, &expected, &text[before.start..before.end]) {
         diagnostic = diagnostic.with_help(help);
     } else if found == "∝" {
@@ -306,7 +308,7 @@ fn describe(rule: Rule) -> &'static str {
         path | segment | name | quoted | reserved => "a name",
         arguments | open_paren => "`(`",
         learnt | hidden | kw_hidden => "the names that are learned",
-        by | kw_by => "`by`",
+        by | apart | kw_by => "`by`",
         from | kw_from => "`from`",
         word => "a statistic such as `argmax`",
         known | bar => "`|`",

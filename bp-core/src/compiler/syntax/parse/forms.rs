@@ -69,6 +69,7 @@ fn plain(pair: Pair<'_, Rule>) -> Form {
         _ => FormKind::Named {
             name: name(&children.need(Rule::name)),
             arguments: children.take(Rule::arguments).map(expressions),
+            by: children.take(Rule::apart).map(|pair| Children::of(pair).names()).unwrap_or_default(),
         },
     };
     Form { at: place, kind }

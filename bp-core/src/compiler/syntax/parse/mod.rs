@@ -10,6 +10,7 @@ mod expected;
 mod expressions;
 mod forms;
 mod grammar;
+mod notations;
 mod sections;
 
 use super::ast::{Ask, File};

@@ -69,8 +69,11 @@ impl Page {
 /// A form on one line; `None` if it contains a comment.
 fn inline(form: &Form) -> Option<String> {
     Some(match &form.kind {
-        FormKind::Named { name, arguments: None } => name.to_string(),
-        FormKind::Named { name, arguments: Some(arguments) } => format!("{name}({})", list(arguments, ", ")),
+        FormKind::Named { name, arguments, by } => {
+            let arguments = arguments.as_ref().map_or_else(String::new, |it| format!("({})", list(it, ", ")));
+            let by = if by.is_empty() { String::new() } else { format!(" by {}", list(by, " ")) };
+            format!("{name}{arguments}{by}")
+        }
         FormKind::Table(rows) => {
             if rows.iter().any(|row| row.comments != Comments::default()) {
                 return None;
