@@ -86,10 +86,24 @@ impl Work {
         Self::of(WITHOUT_END)
     }
 
-    /// Reports a step; returns whether to continue.
+    /// Reports a step; returns whether to continue. Work that is not to continue ends.
     pub(crate) fn goes_on(&self) -> bool {
+        let goes_on = self.may_go_on();
+        if !goes_on {
+            self.ends();
+        }
+        goes_on
+    }
+
+    /// Reports a step; returns whether to continue, where the work may have to go on to have a result.
+    pub(crate) fn may_go_on(&self) -> bool {
         DONE.fetch_add(1, Relaxed);
         !is_stopped()
+    }
+
+    /// Reports that the work ends with the result so far, which may take a while to put together.
+    pub(crate) fn ends(&self) {
+        TOTAL.store(0, Relaxed);
     }
 }
 

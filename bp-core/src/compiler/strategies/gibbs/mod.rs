@@ -140,7 +140,8 @@ pub fn gibbs(
         let after = ends.filter(|end| *end > first).min().unwrap_or(sweeps);
         let swept = chains.par_iter_mut().map(|chain| {
             for sweep in first..after {
-                if !work.goes_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
+                if !work.may_go_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
+                    work.ends();
                     break;
                 }
                 if sweep == burn_in {
@@ -149,6 +150,7 @@ pub fn gibbs(
                 }
                 let has_draws = chain.draws.len() >= FEWEST_DRAWS * kept.len();
                 if !chain.sweep(sweep, (sweep < burn_in, has_draws), kept)? {
+                    work.ends();
                     break;
                 }
             }
