@@ -1,6 +1,6 @@
-// What functions are given, and how answers are read from their results.
+// What functions are given, and how answers are read from the results of runs.
 //
-// In: a question as the compiler describes it, the values of its controls, and the results of its functions. Out: inputs of
+// In: a question as the compiler describes it, the values of its controls, and the results of its runs. Out: inputs of
 // functions; rows, as `bp ask --json` has them: names of values, and a figure. The statistics are those of `bp ask`.
 
 /** Scores that differ by less than this share of the largest are tied. */
@@ -18,38 +18,6 @@ function inputsOf({ controls }, values) {
         }
     }
     return inputs;
-}
-
-/**
- * The result of a question over time, whose functions run instant by instant: the first at the first instant, the second
- * later, the third where nothing is observed. `rows` has the observations of each instant; what is absent or null is not
- * observed.
- */
-function followed({ columns, steps }, [first, later, ahead], inputs, rows) {
-    let [carried, lnEvidence, result] = [null, 0, null];
-    rows.forEach((row, at) => {
-        const given = { ...inputs, [steps.carried]: carried };
-        for (const { name, value } of columns) {
-            const own = row[name] ?? null;
-            given[name] = own ?? value;
-            given[`whether ${name} is given`] = own === null ? 0 : 1;
-        }
-        result = at === 0 ? first(given) : later(given);
-        carried = [...result.answers[0]];
-        lnEvidence += result.lnEvidence;
-    });
-    for (let at = 0; at < steps.ahead; at++) {
-        result = ahead({ ...inputs, [steps.carried]: carried });
-        carried = [...result.answers[0]];
-    }
-    return { answers: result.answers, lnEvidence };
-}
-
-/** The results of the functions of a question for the values of its controls, and observations over time. */
-function resultsOf(question, functions, values, rows) {
-    const inputs = inputsOf(question, values);
-    const own = question.functions.map((name) => functions[name]);
-    return question.instants ? [followed(question.instants, own, inputs, rows)] : own.map((run) => run(inputs));
 }
 
 /** A number with six digits, as `bp ask` prints it. */
@@ -127,10 +95,11 @@ function cellsOf({ values, figure }) {
     return [...valued, ...(names.length > 0 ? [["", names.join(" ")]] : []), ...columns(figure)];
 }
 
-/** ln P(evidence) of an answer; null where nothing is known. */
+/** ln P(evidence) of an answer; null where nothing is known. Soft evidence is no event. */
 function lnEvidence(shown, results) {
-    const { lnEvidence: ln } = results[shown.sources[0].function];
-    return shown.text.includes("|") && Number.isFinite(ln) ? ln : null;
+    const [{ run, soft }] = shown.sources;
+    const { lnEvidence: ln } = results[run];
+    return shown.text.includes("|") && soft.length === 0 && Number.isFinite(ln) ? ln : null;
 }
 
 /** The sum of a list. */
@@ -159,13 +128,22 @@ function named(axes, position) {
     return placesAt(axes, position).map((place, at) => [axes[at].name, axes[at].values[place]]);
 }
 
+/** The results of a run, one for each instant that it shows; without instants there is one. */
+function shownOf({ run }, results) {
+    return results[run].each ?? [results[run]];
+}
+
 /**
- * The numbers of a distribution, those of each context contiguous. A number that is no probability, and a context that is
- * the only one and has probability 0, are errors.
+ * The numbers of a distribution, those of each context contiguous; instants are the first contexts. A number that is no
+ * probability, and a context that is the only one and has probability 0, are errors.
  */
 function distribution(source, results) {
-    const cells = results[source.function].answers[source.output];
-    const numbers = source.order.length > 0 ? source.order.map((place) => cells[place]) : cells;
+    return shownOf(source, results).flatMap(({ answers }) => ofInstant(source, answers[source.output]));
+}
+
+/** The numbers of a distribution at one instant. */
+function ofInstant(source, cells) {
+    const numbers = source.order.length > 0 ? source.order.map((place) => cells[place]) : Array.from(cells);
     let sum = 0;
     for (let at = 0; at < numbers.length; at++) {
         if (!(numbers[at] >= 0 && numbers[at] < Infinity)) {
@@ -176,7 +154,38 @@ function distribution(source, results) {
     if (sum === 0 && source.right.length === 0) {
         throw new RangeError("the evidence is impossible: its probability is 0");
     }
-    return numbers;
+    return source.soft.length > 0 ? softened(source, numbers) : numbers;
+}
+
+/** The numbers after soft evidence, P′(S X) = P(S X) q(X) / P(X) (Jeffrey 1965), summed over the variables that have it. */
+function softened({ left, right, soft }, numbers) {
+    const counts = [...soft].sort((one, other) => one.column - other.column).map(({ weights }) => weights.length);
+    const run = counts.reduce((product, count) => product * count, 1);
+    const width = combinations(left) * run;
+    const sums = [];
+    for (let first = 0; first < numbers.length; first += width) {
+        const own = numbers.slice(first, first + width);
+        for (const { name, column, weights } of soft) {
+            const step = counts.slice(column + 1).reduce((product, count) => product * count, 1);
+            const value = (at) => Math.floor(at / step) % weights.length;
+            const believed = new Array(weights.length).fill(0);
+            own.forEach((p, at) => {
+                believed[value(at)] += p;
+            });
+            const excluded = weights.findIndex((weight, at) => weight > 0 && believed[at] === 0);
+            if (excluded >= 0 && right.length === 0) {
+                throw new RangeError(`soft evidence on \`${name}\` gives a value a probability that the other evidence excludes`);
+            }
+            own.forEach((p, at) => {
+                const q = believed[value(at)];
+                own[at] = excluded >= 0 || q === 0 ? 0 : p * (weights[value(at)] / q);
+            });
+        }
+        for (let at = 0; at < width; at += run) {
+            sums.push(total(own.slice(at, at + run)));
+        }
+    }
+    return sums;
 }
 
 /** The quantile of a finite variable: the smallest value whose cumulative probability reaches the level. */
@@ -235,7 +244,7 @@ function ranked(numbers, places) {
 function rowsOf(shown, numbers, wanted, row) {
     const { left } = shown.sources[0];
     const { word, count, levels, level } = shown.statistic;
-    const probability = (place) => row({ p: numbers[place] }, place);
+    const probability = (place) => row(shown.is_density ? { density: numbers[place] } : { p: numbers[place] }, place);
     const marginal = (at) => {
         const alone = new Array(left[at].values.length).fill(0);
         numbers.forEach((p, place) => {
@@ -291,26 +300,37 @@ function divergence(first, second) {
 
 /** The rows of an answer. */
 function rows(shown, results) {
+    const [source] = shown.sources;
+    const instants = shownOf(source, results);
+    if (source.is_law) {
+        const laws = shown.sources.map((own) => shownOf(own, results).map(({ moments }) => lawOf(moments, own.left.length)));
+        if (shown.statistic.word === "divergence") {
+            return [{ values: [], figure: finite("divergence", lawDivergence(laws[0][0], laws[1][0])) }];
+        }
+        return laws[0].flatMap((law, at) => lawRows(shown, law, instantOf(instants[at])));
+    }
     const distributions = shown.sources.map((source) => distribution(source, results));
     if (shown.statistic.word === "divergence") {
         return divergence(...distributions);
     }
     const [numbers] = distributions;
-    const { left, right } = shown.sources[0];
+    const { left, right } = source;
     const width = combinations(left);
     const isWanted = (place) => {
         const places = placesAt(left, place);
         return shown.wanted.every(([column, ordinal]) => places[column] === ordinal);
     };
     const wanted = Array.from({ length: width }, (_, place) => place).filter(isWanted);
+    const contexts = combinations(right);
     const made = [];
     for (let context = 0; context * width < numbers.length; context++) {
         const own = numbers.slice(context * width, (context + 1) * width);
         if (shown.statistic.word !== "" && !own.some((p) => p > 0)) {
             continue;
         }
+        const instant = instants[Math.floor(context / contexts)];
         const row = (figure, place = null, name = null) => {
-            const values = named(right, context);
+            const values = [...instantOf(instant), ...named(right, context % contexts)];
             if (place !== null) {
                 values.push(...named(left, place), ...shown.bound);
             } else if (name !== null) {
@@ -318,7 +338,17 @@ function rows(shown, results) {
             }
             return { values, figure };
         };
-        made.push(...rowsOf(shown, own, wanted, row));
+        if (shown.statistic.word === "sequence") {
+            const place = left.reduce((place, { name, values }) => place * values.length + instant.places[name], 0);
+            made.push(row({ p: own[place] }, place));
+        } else {
+            made.push(...rowsOf(shown, own, wanted, row));
+        }
     }
     return made;
+}
+
+/** The name and the number of an instant, where several are shown. */
+function instantOf({ instant }) {
+    return instant === undefined ? [] : [["t", instant]];
 }

@@ -144,6 +144,19 @@ function lnBessel(signedX) {
     return x - 0.5 * Math.log(2 * Math.PI * x) + Math.log1p(sum);
 }
 
+/** Numbers that are given by their places among the different ones, each place with `width` digits to the base 64. */
+function unpacked(different, width, digits) {
+    const value = (code) => "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/".indexOf(code);
+    const values = Object.fromEntries(Array.from({ length: 128 }, (_, code) => [code, value(String.fromCharCode(code))]));
+    return Float64Array.from({ length: digits.length / width }, (_, at) => {
+        let place = 0;
+        for (let digit = at * width; digit < (at + 1) * width; digit++) {
+            place = place * 64 + values[digits.charCodeAt(digit)];
+        }
+        return different[place];
+    });
+}
+
 /**
  * Copies an input into the array that a kernel reads, and returns whether it has changed. `given` is a number, an array,
  * or undefined for the default `otherwise`; `ordinal` converts a value of a variable to its ordinal.

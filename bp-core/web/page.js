@@ -224,8 +224,9 @@ function answer() {
 
 /** A distribution of one or two variables with many values, which is drawn; null for others. */
 function picture(ask, results) {
-    const [{ left, right }] = ask.sources;
-    const isWhole = ask.statistic.word === "" && ask.wanted.length === 0 && ask.bound.length === 0 && right.length === 0;
+    const [{ left, right, run }] = ask.sources;
+    const isOne = right.length === 0 && results[run].each === undefined;
+    const isWhole = ask.statistic.word === "" && ask.wanted.length === 0 && ask.bound.length === 0 && isOne;
     return isWhole && left.length <= 2 && combinations(left) > 40 ? { left, numbers: distribution(ask.sources[0], results) } : null;
 }
 

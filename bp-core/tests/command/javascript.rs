@@ -26,6 +26,33 @@ pub(crate) fn web(name: &str) -> String {
 }
 
 #[test]
+fn quantiles_of_normal_laws_have_the_stated_accuracy() {
+    if !node::is_there() {
+        return println!("skipped: there is no program `node`");
+    }
+    // Of mpmath 1.3, with 50 digits at the f64 given here.
+    let cases = [
+        (1e-300, -37.047_096_299_361_2),
+        (1e-10, -6.361_340_902_404_056),
+        (0.05, -1.644_853_626_951_472_7),
+        (0.25, -0.674_489_750_196_081_7),
+        (0.5, 0.0),
+        (0.975, 1.959_963_984_540_053_9),
+    ];
+    let reader = r#"
+        const standardQuantile = new Function(`${text}; return standardQuantile;`)();
+        console.log(JSON.stringify(cases.map(standardQuantile)));
+    "#;
+    let text = ["functions.js", "answer.js", "laws.js"].map(web).concat();
+    let levels: Vec<f64> = cases.iter().map(|(level, _)| *level).collect();
+    let found = node::run(reader, &json!({ "text": text, "cases": levels }));
+    for ((level, exact), found) in cases.iter().zip(&found) {
+        let error = (number(found) - exact).abs() / exact.abs().max(1.0);
+        assert!(error <= 4e-15, "at {level}: {found}, not {exact}: {error:e}");
+    }
+}
+
+#[test]
 fn special_functions_have_the_stated_accuracy() {
     if !node::is_there() {
         return println!("skipped: there is no program `node`");

@@ -142,20 +142,27 @@ fn programs_that_explode_are_answered_with_a_reason() {
     );
 }
 
+/// A program that no page computes: `F`, which is observed, is flat.
+fn line(parameters: &str, spread: &str, question: &str) -> String {
+    format!(
+        "program Line {{ {parameters} variables {{ X, Y, F : real; }} decomposition {{ P(F) P(X) P(Y | X F) }}
+         forms {{ P(F) = flat; P(X) = normal(0, {spread}); P(Y | X F) = normal(X + F, 1); }} question x {{ {question} }} }}"
+    )
+}
+
 #[test]
 fn questions_without_a_function_are_answered_by_the_server() {
     let server = Server::of(&example("dice.bp"));
-    let text = "program Line { parameters { spread : real = 2; } variables { X, Y : real; } decomposition { P(X) P(Y | X) }
-        forms { P(X) = normal(0, spread); P(Y | X) = normal(X, 1); } question x { P(X | Y = 1) } }";
+    let text = line("parameters { spread : real = 2; }", "spread", "P(X | Y = 1, F = 0)");
     let (status, found) = server.post("/compile", &json!({ "text": text }));
     let question = &found["program"]["questions"][0];
     assert!(status == 200 && question["refused"].is_string(), "{found}");
     let names: Vec<&str> =
         question["controls"].as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["Y", "spread"]);
+    assert_eq!(names, ["Y", "F", "spread"]);
     // Precision 1/s² + 1: the mean is y s² / (1 + s²), 2.7 for y = 3 and s = 3.
-    let (_, answers) =
-        server.post("/ask", &json!({ "text": text, "question": 0, "values": { "Y": 3, "spread": 3 } }));
+    let (_, answers) = server
+        .post("/ask", &json!({ "text": text, "question": 0, "values": { "Y": 3, "F": 0, "spread": 3 } }));
     let mean = answers[0]["rows"][0]["figure"]["mean"].as_f64().unwrap();
     assert!((mean - 2.7).abs() < 1e-12, "{answers}");
     let (_, answers) = server.post("/ask", &json!({ "text": text, "question": 7 }));
@@ -296,12 +303,7 @@ pub(crate) fn exported(file: &Path, question: &[&str], folder: &Path) -> PathBuf
 #[test]
 fn answers_belong_to_the_program_that_is_shown() {
     let folder = tempfile::tempdir().unwrap();
-    let line = |spread: &str| {
-        format!(
-            "program Line {{ variables {{ X, Y : real; }} decomposition {{ P(X) P(Y | X) }}
-             forms {{ P(X) = normal(0, {spread}); P(Y | X) = normal(X, 1); }} question x {{ P(X | Y = 1) }} }}"
-        )
-    };
+    let line = |spread: &str| line("", spread, "P(X | Y = 1, F = 0)");
     let file = folder.path().join("line.bp");
     std::fs::write(&file, line("2")).unwrap();
     let server = Server::of(&file);
@@ -329,18 +331,14 @@ fn answers_belong_to_the_program_that_is_shown() {
 fn an_exported_page_says_why_it_has_no_controls() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("line.bp");
-    let text = "program Line { variables { X, Y : real; } decomposition { P(X) P(Y | X) }
-        forms { P(X) = normal(0, 2); P(Y | X) = normal(X, 1); } question x { P(X | Y) } }";
+    let text = line("", "2", "P(X | Y F)");
     std::fs::write(&file, text).unwrap();
     let page = std::fs::read_to_string(exported(&file, &[], folder.path())).unwrap();
     let (_, rest) = page.split_once("id=\"data\">").unwrap();
     let data: Value = serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap();
     let question = &data["questions"][0];
     let refused = question["refused"].as_str().unwrap();
-    assert!(
-        refused.contains("is answered by the strategy gaussian, which a page does not compute"),
-        "{refused}"
-    );
+    assert!(refused.contains("`flat` is neither `normal` nor `dirac`"), "{refused}");
     // Y is 0 at first: the mean is 0, the variance 4/5.
     let figure = &question["fixed"][0]["rows"][0]["figure"];
     assert!(figure["mean"].as_f64().unwrap().abs() < 1e-12, "{question}");

@@ -8,6 +8,7 @@ use crate::kernel::schedule::{Group, Loops};
 use crate::kernel::{Index, Kernel, Node, Reduce, Role};
 use crate::loops::{Expression, Kind, Of, Operation, Statement, Type};
 use crate::operators::Binary;
+use std::collections::HashSet;
 
 /// Upper limit on the unrolled iterations of a nest's loops.
 const MOST_TURNS: usize = 64;
@@ -25,6 +26,24 @@ impl Cellwise<'_> {
     /// The statements of a nest.
     pub(super) fn nest(&self, group: &Group, loops: &Loops) -> Statement {
         Statement::Scope(self.loops(loops, 0, self.is_written_out(group, loops)))
+    }
+
+    /// Whether a nest computes one number.
+    pub(super) fn is_number(&self, loops: &Loops) -> bool {
+        let nest = &self.kernel.nests[loops.nest];
+        nest.reduce == Reduce::None && self.kernel.buffers[nest.out].axes.is_empty()
+    }
+
+    /// The statements of nests that compute one number each; a value that several of them share is computed once.
+    pub(super) fn numbers(&self, all: &[&Loops]) -> Statement {
+        let (mut known, mut made) = (HashSet::new(), Vec::new());
+        for loops in all {
+            let nest = &self.kernel.nests[loops.nest];
+            let new = loops.levels.iter().flatten().filter(|value| known.insert(**value));
+            made.extend(new.flat_map(|value| self.value(*value)));
+            made.push(Statement::Set(self.cell(nest.out), Of::Lane(nest.value).into()));
+        }
+        Statement::Scope(made)
     }
 
     /// Whether loops of known extent are unrolled: over a plate each has few iterations, and values kept between them

@@ -3,9 +3,8 @@
 //! In: a question over time. Out: its [`Instants`]. Invariant: a column is observed at each instant, or not; its number is a value
 //! of its variable.
 
-use super::control::Control;
-use super::open::{count, first};
-use super::steps::Steps;
+use super::control::{Control, Element};
+use super::open::{component, count, first};
 use crate::ids::VariableId;
 use crate::model::{Domain, Finding, Model, Question};
 use serde::Serialize;
@@ -23,8 +22,6 @@ pub struct Instants {
     pub columns: Vec<Control>,
     /// The number of instants at first.
     pub count: usize,
-    /// How the functions of the question are run; none where a page does not compute it.
-    pub steps: Option<Steps>,
     /// The variable of each column.
     #[serde(skip)]
     variables: Vec<VariableId>,
@@ -33,7 +30,7 @@ pub struct Instants {
 impl Instants {
     /// The observations of a question; `None` if it is not over time, or has too many columns.
     pub fn of(model: &Model, question: &Question) -> Option<Self> {
-        let mut found = Self { columns: Vec::new(), count: AT_FIRST, steps: None, variables: Vec::new() };
+        let mut found = Self { columns: Vec::new(), count: AT_FIRST, variables: Vec::new() };
         let asks = question.asks.iter().filter(|ask| ask.when.is_over_time());
         let known = asks.clone().flat_map(|ask| ask.known.iter().chain(ask.statistic.from()));
         let open = known.filter(|known| {
@@ -51,20 +48,23 @@ impl Instants {
     fn add(&mut self, model: &Model, id: VariableId) -> Option<()> {
         let variable = &model.variables[id];
         let whole = variable.family.map_or_else(|| model.variable_name(id), |_| variable.name.clone());
-        let names = match variable.family {
-            None => vec![whole.clone()],
-            Some(family) => {
+        let names = match (variable.family, &variable.domain) {
+            (None, Domain::Vector(length)) => (0..*length).map(|at| format!("{whole}[{at}]")).collect(),
+            (None, _) => vec![whole.clone()],
+            (Some(family), _) => {
                 let count = count(model, &family.over).filter(|count| *count <= MOST_COLUMNS)? as i64;
                 let indices = family.over.first()..family.over.first() + count;
-                indices.map(|index| format!("{whole}[{index}]")).collect()
+                indices.map(|index| format!("{whole}[{index}]")).collect::<Vec<_>>()
             }
         };
-        for name in names {
-            if self.columns.iter().any(|column| column.name == name) {
+        for (place, name) in names.iter().enumerate() {
+            if self.columns.iter().any(|column| column.name == *name) {
                 continue;
             }
-            let value = first(model, id, &name);
-            self.columns.push(Control::of_evidence(&name, &name, &variable.domain, value)?);
+            let value = first(model, id, name);
+            let control = Control::of_evidence(name, name, component(&variable.domain), value)?;
+            let element = (*name != whole).then(|| Element { of: whole.clone(), place });
+            self.columns.push(Control { element, ..control });
             self.variables.push(id);
         }
         (self.columns.len() <= MOST_COLUMNS).then_some(())

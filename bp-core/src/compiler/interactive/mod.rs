@@ -6,34 +6,26 @@
 
 mod control;
 mod instants;
+mod now;
 mod open;
+mod run;
 mod shown;
 mod steps;
 
 pub use control::{Control, Element, Kind};
 pub use instants::Instants;
 pub use open::{begun, given, opened};
-pub use shown::{Axis, NamedStatistic, Shown, Source};
-pub use steps::Steps;
+pub use run::{Run, State, Steps, Way};
+pub use shown::{Axis, NamedStatistic, Shown, Soft, Source};
 
 use crate::emit::javascript::{Javascript, emit_javascript};
 use crate::error::Error;
-use crate::ids::AxisId;
-use crate::kernel::{InputKey, Kernel, Reduce, Role};
-use crate::lower::{Lowered, lower};
-use crate::model::{Model, ParameterKind, Question};
-use crate::plan::{Options, Plan, Route, Strategy, plan_for_answer};
-use crate::strategies::by_tables;
+use crate::ids::Id;
+use crate::kernel::{InputKey, Kernel};
+use crate::model::{Ask, Model, ParameterKind, Question};
+use crate::plan::Route;
+use now::{by_sums, has_default};
 use serde::Serialize;
-
-/// The largest number of factors for which loops are written where a join tree would be chosen.
-const MOST_LOOPS: usize = 2000;
-
-/// The largest number of products that a page computes when a control moves: about a second.
-const MOST_PRODUCTS: f64 = 1e8;
-
-/// The largest number of constants in the code of a question.
-const MOST_CONSTANTS: usize = 16_384;
 
 /// The questions of a program, and their code.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -55,8 +47,8 @@ pub struct Moving {
     pub controls: Vec<Control>,
     /// What a reader can set at each instant, of a question over time.
     pub instants: Option<Instants>,
-    /// The functions of the code that it calls.
-    pub functions: Vec<String>,
+    /// How its results are computed.
+    pub runs: Vec<Run>,
     /// Its answers.
     pub asks: Vec<Shown>,
     /// The reason why it has no functions.
@@ -67,24 +59,18 @@ pub struct Moving {
 pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
     let mut made = Interactive::default();
     let mut kernels: Vec<Kernel> = Vec::new();
-    // The kernels of each question, by their places among all.
+    // The number of kernels of each run of each question.
     let mut places: Vec<Vec<usize>> = Vec::new();
     for question in questions {
         let text: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
         let (name, text) = (question.name.clone(), text.join("; "));
         let (open, controls) = opened(model, question);
-        let mut instants = Instants::of(model, question);
-        let compiled = match &instants {
-            Some(instants) => over_time(model, question, instants, controls.clone()),
-            None => compiled(model, &open, controls.clone()).map(|compiled| (compiled, None)),
-        };
-        let (moving, own) = match compiled {
-            Ok(((kernels, controls, asks), steps)) => {
-                if let Some(instants) = &mut instants {
-                    instants.steps = steps;
-                }
-                let functions = Vec::new();
-                (Moving { name, text, controls, instants, functions, asks, refused: None }, kernels)
+        let instants = Instants::of(model, question);
+        let (moving, own) = match compiled(model, &open, instants.as_ref(), controls.clone()) {
+            Ok(Compiled { parts, controls, asks }) => {
+                let runs = parts.iter().map(|part| Run { functions: Vec::new(), steps: part.steps.clone() });
+                let runs = runs.collect();
+                (Moving { name, text, controls, instants, runs, asks, refused: None }, parts)
             }
             Err(Refused(reason)) => {
                 let refused = Some(reason);
@@ -92,26 +78,46 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
                     parameter.kind != ParameterKind::Size && parameter.default_number().is_some()
                 });
                 let controls = controls.into_iter().chain(scalars.map(Control::of_parameter)).collect();
-                let (functions, asks) = (Vec::new(), Vec::new());
-                (Moving { name, text, controls, instants, functions, asks, refused }, Vec::new())
+                let (runs, asks) = (Vec::new(), Vec::new());
+                (Moving { name, text, controls, instants, runs, asks, refused }, Vec::new())
             }
         };
         made.questions.push(moving);
-        places.push((kernels.len()..kernels.len() + own.len()).collect());
-        kernels.extend(own);
+        places.push(own.iter().map(|part| part.kernels.len()).collect());
+        kernels.extend(own.into_iter().flat_map(|part| part.kernels));
     }
     made.code = emit_javascript(&kernels).expect("internal: each kernel was written alone");
-    for (moving, places) in made.questions.iter_mut().zip(&places) {
-        moving.functions = places.iter().map(|place| made.code.names[*place].clone()).collect();
+    let mut names = made.code.names.iter();
+    for (moving, counts) in made.questions.iter_mut().zip(&places) {
+        for (run, count) in moving.runs.iter_mut().zip(counts) {
+            run.functions = names.by_ref().take(*count).cloned().collect();
+        }
     }
     made
 }
 
-/// The kernels of a question, its controls with those of parameters, and its answers.
-type Compiled = (Vec<Kernel>, Vec<Control>, Vec<Shown>);
+/// A part of a question: its kernels, how they are run, and where the answer of each of its asks is found.
+struct Part {
+    kernels: Vec<Kernel>,
+    steps: Option<Steps>,
+    sources: Vec<Source>,
+}
+
+/// The parts of a question, one for each run; its controls with those of parameters, and its answers.
+struct Compiled {
+    parts: Vec<Part>,
+    controls: Vec<Control>,
+    asks: Vec<Shown>,
+}
 
 /// The reason why a page does not compute a question.
 struct Refused(String);
+
+impl Refused {
+    fn of(model: &Model, ask: &Ask, reason: impl Into<String>) -> Self {
+        Self::from(Error::Unplanned { question: model.ask_text(ask), reason: reason.into() })
+    }
+}
 
 impl From<Error> for Refused {
     fn from(error: Error) -> Self {
@@ -126,105 +132,83 @@ impl From<Error> for Refused {
 }
 
 /// Compiles an opened question.
-fn compiled(model: &Model, question: &Question, mut controls: Vec<Control>) -> Result<Compiled, Refused> {
-    question.asks.iter().try_for_each(|ask| shown::is_read(model, ask))?;
+fn compiled(
+    model: &Model,
+    question: &Question,
+    instants: Option<&Instants>,
+    mut controls: Vec<Control>,
+) -> Result<Compiled, Refused> {
+    question.asks.iter().try_for_each(|ask| shown::is_read(model, ask, instants.is_some()))?;
     let plan = by_sums(model, question)?;
-    let mut parts: Vec<(Lowered, Vec<usize>)> = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
+    // Where the answer of each ask of each route is found.
+    let mut sources: Vec<Vec<Source>> = Vec::new();
     for route in &plan.routes {
-        let Some(exact) = route.exact() else {
-            let text = model.ask_text(&plan.question.asks[0]);
-            let (by, how) = (route.strategy().name().replace('_', " "), route.reason());
-            return Err(Refused(format!(
-                "`{text}` is answered by the strategy {by}, which a page does not compute ({how})"
-            )));
-        };
         let name = match question.name.as_str() {
             "" => model.ask_text(&plan.question.asks[0]),
             name => name.to_owned(),
         };
-        let (tables, places) = by_tables(exact);
-        let mut lowered = lower(model, &tables, &name)?;
-        lowered.kernel = lowered.kernel.with_default_sizes()?;
-        emit_javascript(std::slice::from_ref(&lowered.kernel))?;
-        fits(&lowered.kernel)?;
-        parts.push((lowered, places));
+        let own = match route {
+            Route::Exact(exact) => now::sums(model, exact, parts.len(), &name)?,
+            Route::Gaussian(gaussian) => now::normal(model, gaussian, parts.len(), &name)?,
+            Route::OverTime(route) => steps::followed(model, route, parts.len(), &name)?,
+            _ => {
+                let text = model.ask_text(&plan.question.asks[0]);
+                let (by, how) = (route.strategy().name().replace('_', " "), route.reason());
+                return Err(Refused(format!(
+                    "`{text}` is answered by the strategy {by}, which a page does not compute ({how})"
+                )));
+            }
+        };
+        sources.push(own.iter().flat_map(|part| part.sources.iter().cloned()).collect());
+        parts.extend(own);
     }
-    for (lowered, _) in &parts {
-        add_parameters(model, &lowered.kernel, &mut controls)?;
+    for part in &parts {
+        for kernel in &part.kernels {
+            add_parameters(model, kernel, (part.steps.as_ref(), instants), &mut controls)?;
+        }
     }
-    let asks = plan.question.asks.iter().zip(&plan.places);
-    let asks: Vec<Shown> =
-        asks.map(|(ask, places)| shown::shown(model, ask, places, &parts)).collect::<Result<_, _>>()?;
+    let mut asks = Vec::with_capacity(plan.places.len());
+    for (ask, places) in plan.question.asks.iter().zip(&plan.places) {
+        let own = places.iter().map(|place| sources[place.route][place.ask].clone()).collect();
+        asks.push(shown::shown(model, ask, own)?);
+    }
     // A control that no kernel reads moves nothing, but the question has it: it stays.
-    Ok((parts.into_iter().map(|(lowered, _)| lowered.kernel).collect(), controls, asks))
-}
-
-/// Compiles a question over time.
-fn over_time(
-    model: &Model,
-    question: &Question,
-    instants: &Instants,
-    controls: Vec<Control>,
-) -> Result<(Compiled, Option<Steps>), Refused> {
-    let plan = plan_for_answer(model, question, Options::default())?;
-    match (plan.routes.as_slice(), plan.question.asks.as_slice()) {
-        ([Route::OverTime(route)], [ask]) => {
-            let (compiled, steps) = steps::followed(model, ask, instants, route, controls)?;
-            Ok((compiled, Some(steps)))
-        }
-        _ => compiled(model, question, controls).map(|compiled| (compiled, None)),
-    }
-}
-
-/// Whether an input need not be given.
-fn has_default(role: &Role) -> bool {
-    matches!(role, Role::Input { default: Some(_), .. } | Role::Table { .. })
-}
-
-/// Whether a page can hold and run a kernel whose sizes are known.
-fn fits(kernel: &Kernel) -> Result<(), Error> {
-    let constants = |role: &Role| if let Role::Table { numbers, .. } = role { numbers.len() } else { 0 };
-    let constants: usize = kernel.buffers.values().map(|buffer| constants(&buffer.role)).sum();
-    let refused = |reason: String| Err(Error::Unplanned { question: kernel.name.clone(), reason });
-    if constants > MOST_CONSTANTS {
-        return refused(format!("its tables have {constants} numbers; a page holds {MOST_CONSTANTS}"));
-    }
-    let extent = |axis: &AxisId| kernel.axes[*axis].extent.known().unwrap_or(1) as f64;
-    let products = kernel.nests.iter().map(|nest| {
-        let folded = if let Reduce::Fold(_, axes) = &nest.reduce { axes.as_slice() } else { &[] };
-        kernel.buffers[nest.out].axes.iter().chain(folded).map(extent).product::<f64>()
-    });
-    match products.sum::<f64>() {
-        products if products > MOST_PRODUCTS => {
-            refused(format!("it computes {products:.0} products; a page computes {MOST_PRODUCTS:.0}"))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The plan by sums of products, where loops can be written.
-fn by_sums(model: &Model, question: &Question) -> Result<Plan, Error> {
-    let cheapest = plan_for_answer(model, question, Options::default())?;
-    let is_tree = |route: &Route| matches!(route, Route::Tree(tree) if tree.factors.len() <= MOST_LOOPS);
-    match cheapest.routes.iter().any(is_tree) {
-        true => plan_for_answer(model, question, Options::from(Some(Strategy::Sums))).or(Ok(cheapest)),
-        false => Ok(cheapest),
-    }
+    Ok(Compiled { parts, controls, asks })
 }
 
 /// Adds a control for each number that a kernel reads and that has none.
-fn add_parameters(model: &Model, kernel: &Kernel, controls: &mut Vec<Control>) -> Result<(), Error> {
+fn add_parameters(
+    model: &Model,
+    kernel: &Kernel,
+    (steps, instants): (Option<&Steps>, Option<&Instants>),
+    controls: &mut Vec<Control>,
+) -> Result<(), Error> {
+    let is_column =
+        |name: &str| instants.is_some_and(|instants| instants.columns.iter().any(|column| column.sets(name)));
     for buffer in kernel.buffers.values() {
         let Some(key) = buffer.role.input() else { continue };
-        match key {
-            InputKey::Parameter(parameter) if buffer.axes.is_empty() => {
+        let given = match (key, steps) {
+            // Whether an observation is given is no parameter of the program.
+            (InputKey::Parameter(id), _) if id.position() >= model.parameters.len() => true,
+            (InputKey::Parameter(id), _) if buffer.axes.is_empty() => {
                 if controls.iter().all(|control| control.name != buffer.name) {
-                    controls.push(Control::of_parameter(&model.parameters[*parameter]));
+                    controls.push(Control::of_parameter(&model.parameters[*id]));
                 }
+                true
             }
-            InputKey::Value(_, name) if controls.iter().any(|control| control.sets(name)) => {}
-            _ if has_default(&buffer.role) => {}
-            _ => return Err(Error::input(&buffer.name, "it is given when the question is asked")),
+            (InputKey::Value(_, name), Some(steps)) => {
+                is_column(name) || steps.states.iter().any(|state| state.input == *name)
+            }
+            (InputKey::Value(_, name), None) => controls.iter().any(|control| control.sets(name)),
+            (InputKey::Law(_), Some(_)) => true,
+            (InputKey::Previous(_) | InputKey::Answer(_), Some(steps)) => {
+                [&steps.carried, &steps.later].contains(&&buffer.name)
+            }
+            _ => false,
+        };
+        if !given && !has_default(&buffer.role) {
+            return Err(Error::input(&buffer.name, "it is given when the question is asked"));
         }
     }
     Ok(())

@@ -45,7 +45,8 @@ pub fn opened(model: &Model, question: &Question) -> (Question, Vec<Control>) {
     (question, controls)
 }
 
-/// An opened question with these values in place of its names; the values of families are lists, which stay inputs.
+/// An opened question with these values in place of its names; the values of families and vectors are lists, which stay
+/// inputs.
 ///
 /// # Errors
 /// A value that is missing, or is not in the domain of its variable.
@@ -57,7 +58,8 @@ pub fn given(
     let mut question = question.clone();
     let give = |known: &mut Known| {
         let Finding::Hard(Value::Given(name)) = &known.evidence else { return Ok(()) };
-        if model.variables[known.variable].family.is_some() {
+        let variable = &model.variables[known.variable];
+        if variable.family.is_some() || matches!(variable.domain, Domain::Vector(_)) {
             return Ok(());
         }
         let number = value(name).ok_or_else(|| Error::input(name, "it was not given"))?;
@@ -136,28 +138,41 @@ fn control(model: &Model, known: &Known, others: &[Control]) -> Option<(String, 
     Some((name.clone(), made(&name)?))
 }
 
-/// The name and the controls of a family, one for each element; `None` where it stays as it is written.
+/// The name and the controls of a family or a vector, one for each element; `None` where it stays as it is written.
 fn elements(model: &Model, known: &Known) -> Option<(String, Vec<Control>)> {
     let variable = &model.variables[known.variable];
-    let family = variable.family.filter(|family| family.except.is_none() && variable.derived.is_none())?;
-    let own = model.variable_name(known.variable);
-    let name = match &known.evidence {
-        Finding::Hard(Value::Given(name)) => name.clone(),
-        Finding::Each => own.clone(),
+    if variable.derived.is_some() || model.plate.is_some() {
+        return None;
+    }
+    let (count, low) = match (variable.family, &variable.domain) {
+        (Some(family), _) if family.except.is_none() => (count(model, &family.over)?, family.over.first()),
+        (None, Domain::Vector(length)) => (*length, 0),
         _ => return None,
     };
-    let count =
-        count(model, &family.over).filter(|count| *count <= MOST_ELEMENTS && model.plate.is_none())?;
+    let own = model.variable_name(known.variable);
+    let (name, written) = match &known.evidence {
+        Finding::Hard(Value::Given(name)) => (name.clone(), None),
+        Finding::Hard(Value::Vector(numbers)) => (own.clone(), Some(numbers)),
+        Finding::Each => (own.clone(), None),
+        _ => return None,
+    };
+    let count = Some(count).filter(|count| *count <= MOST_ELEMENTS)?;
     let default = model.parameters.values().find(|parameter| parameter.name == name);
+    let default = written.or(default.map(|parameter| &parameter.default));
     let controls = (0..count).map(|place| {
-        let index = family.over.first() + place as i64;
-        let value = default.and_then(|parameter| parameter.default.get(place).copied());
+        let index = low + place as i64;
+        let value = default.and_then(|numbers| numbers.get(place).copied());
         let value = value.unwrap_or_else(|| first(model, known.variable, &name));
         let (one, label) = (format!("{name}[{index}]"), format!("{own}[{index}]"));
-        let control = Control::of_evidence(&one, &label, &variable.domain, value)?;
+        let control = Control::of_evidence(&one, &label, component(&variable.domain), value)?;
         Some(Control { element: Some(Element { of: name.clone(), place }), ..control })
     });
     Some((name.clone(), controls.collect::<Option<_>>()?))
+}
+
+/// The domain of a component of a vector; of another variable, its own.
+pub(super) fn component(domain: &Domain) -> &Domain {
+    if let Domain::Vector(_) = domain { &Domain::Real } else { domain }
 }
 
 /// The number of elements of a family, with the default of its size.

@@ -1,88 +1,175 @@
-//! Filters and predictions of finite variables, as functions of a page.
+//! Questions over time, as functions of a page.
 //!
 //! In: a question over time, and its route. Out: the kernels of its kinds of instants, and [`Steps`]: how a page runs them.
-//! Invariant: an observation may be absent at any instant; the numbers are those of a filter on the host.
+//! Invariant: the numbers are those of the host, of finite states and of linear normal laws; what is not exact is refused.
 
-use super::shown::{self, Shown};
-use super::{Compiled, Control, Instants, Refused, fits, has_default};
-use crate::emit::javascript::emit_javascript;
-use crate::error::Error;
-use crate::kernel::{InputKey, Kernel};
-use crate::lower::Step;
-use crate::model::{Ask, Model, Statistic, When};
-use crate::plan::{InstantCode, OverTime, Place};
-use serde::Serialize;
+use super::now::{law, sized};
+use super::run::{State, Steps, Way};
+use super::shown::{of_law, of_table};
+use super::{Part, Refused};
+use crate::analysis::relevant_variables;
+use crate::ids::VariableId;
+use crate::kernel::{InputKey, Kernel, OutputKey};
+use crate::lower::{Lowered, NormalLowered, Phase, Step};
+use crate::model::{Ask, Model, Searched, Statistic, When};
+use crate::plan::{InstantCode, OverTime, Strategy};
+use crate::strategies::Offered;
 
-/// How a page runs the functions of a question over time: the first at the first instant, the second at each later one, and
-/// the third, if there is one, at the instants that are predicted.
-#[derive(Clone, PartialEq, Debug, Serialize)]
-pub struct Steps {
-    /// The input of the later functions that takes the first answer of the instant before.
-    pub carried: String,
-    /// The number of instants that are predicted.
-    pub ahead: usize,
-}
-
-/// The functions of a filter or a prediction.
+/// The functions of a question over time.
 pub(super) fn followed(
     model: &Model,
-    ask: &Ask,
-    instants: &Instants,
     route: &OverTime,
-    mut controls: Vec<Control>,
-) -> Result<(Compiled, Steps), Refused> {
-    let text = model.ask_text(ask);
-    let refused = |why: &str| Refused(format!("a page does not compute `{text}`: {why}"));
-    let (When::Filter | When::Predict(_), Statistic::Distribution) = (ask.when, &ask.statistic) else {
-        return Err(refused(
-            "of the questions over time it computes the distributions of `filter` and `predict`",
-        ));
-    };
-    let mut codes = Vec::new();
-    let mut carried = String::new();
-    for phase in route.phases() {
-        let InstantCode::Chain { step, mut lowered, .. } = route.instant(model, *phase, &text, false)? else {
-            return Err(refused("it follows finite variables"));
-        };
-        lowered.kernel = lowered.kernel.with_default_sizes()?;
-        emit_javascript(std::slice::from_ref(&lowered.kernel))?;
-        fits(&lowered.kernel)?;
-        let own = settable(&step, instants, &lowered.kernel, &mut controls)?;
-        carried = own.unwrap_or(carried);
-        codes.push((step, lowered));
+    run: usize,
+    name: &str,
+) -> Result<Vec<Part>, Refused> {
+    // The statistic is computed from the distribution.
+    let distribution = Ask { statistic: Statistic::Distribution, ..route.ask().clone() };
+    let route = OverTime { asks: vec![distribution], ..route.clone() };
+    let ask = route.ask();
+    if ask.searched.iter().any(|item| model.is_predicate(item.variable))
+        && route.strategy() != Strategy::Chain
+    {
+        return Err(Refused::of(model, ask, "it asks for a predicate of reals"));
     }
-    let (step, shown_by) = codes.last().ok_or_else(|| refused("it has no instants"))?;
-    // The last ask is that of the question; the first is that of what is carried.
-    let parts = [(shown_by.clone(), vec![step.asks.len() - 1])];
-    let asks: Vec<Shown> = vec![shown::shown(model, ask, &[Place { route: 0, ask: 0 }], &parts)?];
-    let kernels = codes.into_iter().map(|(_, lowered)| lowered.kernel).collect();
-    Ok(((kernels, controls, asks), Steps { carried, ahead: ask.when.ahead() }))
+    let absent = route.absent_at_first(model).map(|error| error.to_string());
+    let steps = Steps { ahead: ask.when.ahead(), absent, ..Steps::default() };
+    let part = match (route.strategy(), ask.when) {
+        (Strategy::Chain, When::Smooth | When::Sequence) => whole(model, &route, steps, run, name),
+        (Strategy::Chain, _) => last(model, &route, steps, run, name),
+        (Strategy::Gaussian, _) => normal(model, &route, steps, run, name),
+        (by, _) => {
+            let by = by.name().replace('_', " ");
+            Err(Refused::of(model, ask, format!("it is answered by the strategy {by}, which is not exact")))
+        }
+    };
+    Ok(vec![part?])
 }
 
-/// Adds a control for each parameter that the kernel of an instant reads; gives the name of the input that is carried.
-fn settable(
-    step: &Step,
-    instants: &Instants,
-    kernel: &Kernel,
-    controls: &mut Vec<Control>,
-) -> Result<Option<String>, Error> {
-    let mut carried = None;
-    for buffer in kernel.buffers.values() {
+/// The kernel of an instant of finite states; what it reads is noted in the steps.
+fn instant(
+    model: &Model,
+    route: &OverTime,
+    phase: Phase,
+    name: &str,
+    steps: &mut Steps,
+) -> Result<(Step, Lowered), Refused> {
+    let InstantCode::Chain { step, mut lowered, .. } = route.instant(model, phase, name, false)? else {
+        return Err(Refused::of(model, route.ask(), "it has no states"));
+    };
+    lowered.kernel = sized(lowered.kernel)?;
+    for buffer in lowered.kernel.buffers.values() {
         match buffer.role.input() {
-            None => {}
-            Some(InputKey::Previous(_)) => carried = Some(buffer.name.clone()),
-            Some(InputKey::Parameter(id)) if step.absent.iter().any(|(_, flag)| flag == id) => {}
-            Some(InputKey::Parameter(id)) if buffer.axes.is_empty() => {
-                if controls.iter().all(|control| control.name != buffer.name) {
-                    controls.push(Control::of_parameter(&step.model.parameters[*id]));
+            Some(InputKey::Previous(_)) => steps.carried = buffer.name.clone(),
+            Some(InputKey::Answer(_)) if phase == Phase::Back || phase == Phase::Both => {
+                steps.later = buffer.name.clone()
+            }
+            Some(InputKey::Value(variable, input)) => {
+                let is_state = phase == Phase::Trace && route.carried.iter().any(|(now, _)| now == variable);
+                let may_be_absent = step.absent.iter().any(|(own, _)| own == variable);
+                if !is_state && !may_be_absent && !steps.needed.contains(input) {
+                    steps.needed.push(input.clone());
                 }
             }
-            Some(InputKey::Value(variable, name))
-                if instants.columns.iter().any(|column| column.name == *name)
-                    && step.absent.iter().any(|(own, _)| own == variable) => {}
-            _ if has_default(&buffer.role) => {}
-            _ => return Err(Error::input(&buffer.name, "it is given at each instant")),
+            _ => {}
         }
     }
-    Ok(carried)
+    Ok((step, lowered))
+}
+
+/// The last instant of finite states.
+fn last(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+    let (mut kernels, mut shown) = (Vec::new(), None);
+    for phase in route.phases() {
+        let (step, lowered) = instant(model, route, *phase, name, &mut steps)?;
+        kernels.push(lowered.kernel.clone());
+        shown = Some((step, lowered));
+    }
+    let (step, lowered) = shown.ok_or_else(|| Refused::of(model, route.ask(), "it has no instants"))?;
+    // The last ask is that of the question; the first is that of what is carried.
+    let source = of_table(&step.model, run, &lowered, step.asks.len() - 1)?;
+    Ok(Part { kernels, steps: Some(steps), sources: vec![source] })
+}
+
+/// All instants of finite states: each given all observations, and for a sequence also the most likely states.
+fn whole(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+    let ask = route.ask();
+    let is_carried = |item: &Searched| route.carried.iter().any(|(now, _)| *now == item.variable);
+    let is_family = |(now, _): &(VariableId, VariableId)| model.variables[*now].family.is_some();
+    if !ask.searched.iter().all(is_carried) || route.carried.iter().any(is_family) {
+        return Err(Refused::of(
+            model,
+            ask,
+            "of `smooth` and `sequence` it computes carried variables that are no families",
+        ));
+    }
+    let smooth = OverTime { asks: vec![Ask { when: When::Smooth, ..ask.clone() }], ..route.clone() };
+    let (mut kernels, mut shown) = (Vec::new(), None);
+    for phase in smooth.phases() {
+        let (step, lowered) = instant(model, &smooth, *phase, name, &mut steps)?;
+        kernels.push(lowered.kernel.clone());
+        shown = Some((step, lowered));
+    }
+    let (step, lowered) = shown.ok_or_else(|| Refused::of(model, ask, "it has no instants"))?;
+    let source = of_table(&step.model, run, &lowered, 0)?;
+    steps.way = Way::Smooth;
+    if ask.when == When::Sequence {
+        steps.way = Way::Sequence;
+        for phase in [Phase::Best, Phase::Trace] {
+            kernels.push(instant(model, route, phase, name, &mut steps)?.1.kernel);
+        }
+        let states = route.carried.iter().map(|(now, _)| {
+            let (name, domain) = (model.variable_name(*now), &model.variables[*now].domain);
+            let numbers = (0..domain.count().unwrap_or(0)).map(|ordinal| domain.number(ordinal)).collect();
+            State { input: format!("{name} then"), name, numbers }
+        });
+        steps.states = states.collect();
+    }
+    Ok(Part { kernels, steps: Some(steps), sources: vec![source] })
+}
+
+/// A normal law over time.
+fn normal(
+    model: &Model,
+    route: &OverTime,
+    mut steps: Steps,
+    run: usize,
+    name: &str,
+) -> Result<Part, Refused> {
+    let ask = route.ask();
+    let mut relevant = relevant_variables(model, std::slice::from_ref(ask));
+    let carried: Vec<_> =
+        route.carried.iter().copied().filter(|(_, before)| relevant.contains(before)).collect();
+    let mut asked = Ask { when: When::Filter, ..ask.clone() };
+    let mut phases = vec![Phase::First, Phase::Later];
+    match ask.when {
+        When::Smooth | When::Sequence => {
+            steps.way = Way::Smooth;
+            // Each instant is corrected by the next one, through what is carried.
+            let ends = carried.iter().map(|(now, _)| *now).chain(carried.iter().map(|(_, before)| *before));
+            asked.searched.extend(ends.map(|variable| Searched { variable, at: None }));
+            relevant.extend(relevant_variables(model, std::slice::from_ref(&asked)));
+        }
+        When::Predict(1..) => phases.push(Phase::Ahead),
+        _ => {}
+    }
+    let mut made: Vec<NormalLowered> = Vec::new();
+    for phase in phases {
+        let mut lowered = law(model, &asked, (&carried, &relevant), phase, name)?;
+        lowered.kernel = sized(lowered.kernel)?;
+        made.push(lowered);
+    }
+    steps.reals = reals(&made[0].kernel);
+    if steps.reals == 0 {
+        return Err(Refused::of(model, ask, "nothing is carried from instant to instant"));
+    }
+    let source = of_law(model, run, &made[0].searched[..ask.searched.len()]);
+    let kernels = made.into_iter().map(|lowered| lowered.kernel).collect();
+    Ok(Part { kernels, steps: Some(steps), sources: vec![source] })
+}
+
+/// The number of reals whose law a kernel hands on.
+fn reals(kernel: &Kernel) -> usize {
+    let numbers = kernel.outputs().filter(|(_, key)| matches!(key, OutputKey::Law(_))).count();
+    // Means, and covariances up to the diagonal.
+    (0..).find(|count| count + count * (count + 1) / 2 >= numbers).unwrap_or(0)
 }

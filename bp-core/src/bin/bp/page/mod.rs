@@ -26,6 +26,8 @@ const PAGE: &str = include_str!("../../../../web/page.html");
 const STYLE: &str = include_str!("../../../../web/page.css");
 const FUNCTIONS: &str = include_str!("../../../../web/functions.js");
 const ANSWER: &str = include_str!("../../../../web/answer.js");
+const LAWS: &str = include_str!("../../../../web/laws.js");
+const SERIES: &str = include_str!("../../../../web/series.js");
 const INSTANTS: &str = include_str!("../../../../web/instants.js");
 const SCRIPT: &str = include_str!("../../../../web/page.js");
 #[cfg(feature = "serve")]
@@ -101,14 +103,14 @@ pub(crate) fn exported(file: &Path, typed: Option<&str>) -> Result<String, Failu
     let (code, names) = (&interactive.code.text, interactive.code.names.join(", "));
     let functions = format!("(() => {{\n{code}\nreturn {{ {names} }};\n}})()");
     let start = format!("show(JSON.parse(byId(\"data\").textContent), {functions}, null);");
-    let script = [FUNCTIONS, ANSWER, INSTANTS, SCRIPT, &start].join("\n");
+    let script = [FUNCTIONS, ANSWER, LAWS, SERIES, INSTANTS, SCRIPT, &start].join("\n");
     Ok(assembled(&network.model.name, ("", ""), &program, &script))
 }
 
 /// The page with an editor, whose questions are compiled by the server that sends it; `nonce` allows its script to run.
 #[cfg(feature = "serve")]
 pub(crate) fn with_editor(source: &Source, nonce: &str) -> String {
-    let script = [FUNCTIONS, ANSWER, INSTANTS, SCRIPT, EDITOR_SCRIPT].join("\n");
+    let script = [FUNCTIONS, ANSWER, LAWS, SERIES, INSTANTS, SCRIPT, EDITOR_SCRIPT].join("\n");
     assembled(
         "Bayesian Program",
         (EDITOR, nonce),

@@ -9,6 +9,7 @@ mod work;
 
 use crate::failure::Failure;
 use crate::{page, program};
+use bp_core::compiler::error::Error;
 use bp_core::compiler::source::Source;
 use http::{Refusal, Request};
 use serde_json::json;
@@ -63,7 +64,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return work::run();
     }
     let source = match &arguments.file {
-        Some(file) => program::with_source(file)?.1,
+        Some(file) => match program::with_source(file) {
+            Ok((_, source)) => source,
+            // The editor shows what is wrong.
+            Err(Failure::Wrong(_, source)) => source,
+            Err(Failure::Data(Error::Program { text, .. })) => *text,
+            Err(other) => return Err(other),
+        },
         None => Source::new("program", FIRST.replace("TITLE", "Grass").replace("NAME", "grass")),
     };
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
