@@ -8,6 +8,7 @@ use crate::table::Table;
 use crate::work::patiently_until;
 use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field, Schema};
+use bp_core::compiler::data;
 use bp_core::prelude::{Batch, Cases, Error, Program};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -71,6 +72,7 @@ pub(crate) fn batch<'py>(
     program: &Program,
     table: &Bound<'py, PyAny>,
     only: &[String],
+    ignored: &[String],
 ) -> PyResult<Columns<'py>> {
     for name in only {
         let plain = name.split('[').next().unwrap_or(name).trim();
@@ -80,16 +82,20 @@ pub(crate) fn batch<'py>(
             return Err(raised(Error::input(name, message)));
         }
     }
-    let (own, only) = (program.clone(), only.to_vec());
+    let (own, only, ignored) = (program.clone(), only.to_vec(), ignored.to_vec());
     let found = match table.extract::<PathBuf>() {
         Ok(path) => patiently_until(py, move |_| {
             let mut found = Found::default();
-            found.add(own.batch(Cases::from(path).only(only))?);
+            let cases = match ignored.is_empty() {
+                true => Cases::from(path),
+                false => Cases::of_records(data::open(&path, None)?.without(&ignored)?),
+            };
+            found.add(own.batch(cases.only(only))?);
             Ok(found)
         })?,
         Err(_) => {
-            let table = Table::of(py, Some(program.model()), table)?;
-            patiently_until(py, move |unwanted| answered(&own, &table, &only, unwanted))?
+            let table = Table::of(py, Some(program.model()), table, &ignored)?;
+            patiently_until(py, move |unwanted| answered(&own, &table, [&only, &ignored], unwanted))?
         }
     };
     let found = found.map_err(raised)?;
@@ -102,19 +108,19 @@ pub(crate) fn batch<'py>(
 fn answered(
     program: &Program,
     table: &Table,
-    only: &[String],
+    [only, ignored]: [&[String]; 2],
     unwanted: &AtomicBool,
 ) -> Result<Found, Error> {
     let (mut found, rows, mut most) = (Found::default(), table.len(), ROWS[0]);
     let mut read = most.min(rows);
-    let mut cases = table.part(0, read)?;
+    let mut cases = table.part(0, read)?.without(ignored)?;
     let mut before: Option<Batch> = None;
     loop {
         let (begun, more) = (Instant::now(), most.min(rows - read));
         let answer = || program.batch(Cases::of_records(cases).only(only));
         let mut beside = || {
             before.take().into_iter().for_each(|batch| found.add(batch));
-            table.part(read, more)
+            table.part(read, more)?.without(ignored)
         };
         let (batch, next) = match more {
             0 => (answer(), beside()),

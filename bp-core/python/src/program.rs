@@ -13,7 +13,7 @@ use crate::posterior::Posterior;
 use crate::question::{Kept, Question};
 use crate::sheet::Sheet;
 use crate::table::Table;
-use crate::value::settings;
+use crate::value::{Names, settings};
 use crate::work::patiently;
 use bp_core::compiler::io::Format;
 use bp_core::compiler::learn::Settings;
@@ -22,11 +22,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::path::PathBuf;
 
-/// A Bayesian Program, or a network of another tool, with its settings.
+/// A Bayesian Program, or a network of another tool, with its settings, from `open`, `program` or `read`.
 ///
-/// Made by `open`, `program` and `read`. Immutable: each method returns a new program, so one program may be used by
-/// several threads at once. Pickled as its text and settings. Methods that answer raise `ProgramError` (a wrong question,
-/// under its words), `InputError` (a wrong name or value), `ImpossibleEvidence` and `NoAnswer`.
+/// Immutable: each method returns a new program, so one program may be used by several threads at once. Pickled as its
+/// text and settings. Methods that answer raise `ProgramError` (a wrong question, under its words), `InputError` (a
+/// wrong name or value), `ImpossibleEvidence` and `NoAnswer`.
 #[pyclass(frozen, module = "bayesian_programs")]
 pub(crate) struct Program {
     program: prelude::Program,
@@ -61,9 +61,9 @@ impl Program {
         }
     }
 
-    /// A table in memory, for its variables.
-    fn table(&self, py: Python<'_>, table: &Bound<'_, PyAny>) -> PyResult<Records> {
-        Table::of(py, Some(self.program.model()), table)?.records().map_err(raised)
+    /// A table in memory, for its variables; the cells of ignored columns are not read.
+    fn table(&self, py: Python<'_>, table: &Bound<'_, PyAny>, ignored: &[String]) -> PyResult<Records> {
+        Table::of(py, Some(self.program.model()), table, ignored)?.records().map_err(raised)
     }
 }
 
@@ -194,11 +194,11 @@ impl Program {
         &self,
         py: Python<'_>,
         evidence: Option<&Bound<'_, PyAny>>,
-        only: Option<Vec<String>>,
+        only: Option<Names>,
     ) -> PyResult<Posterior> {
         let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
-        let names = only.unwrap_or_default();
-        patiently(py, move || program.marginals_of(&names, &known))?.map(Posterior::from).map_err(raised)
+        let only = only.unwrap_or_default();
+        patiently(py, move || program.marginals_of(&only.0, &known))?.map(Posterior::from).map_err(raised)
     }
 
     /// The joint posterior of some variables: a table with an axis for each, in the order of `names`.
@@ -206,11 +206,11 @@ impl Program {
     fn joint(
         &self,
         py: Python<'_>,
-        names: Vec<String>,
+        names: Names,
         evidence: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Posterior> {
         let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
-        patiently(py, move || program.joint(&names, &known))?.map(Posterior::from).map_err(raised)
+        patiently(py, move || program.joint(&names.0, &known))?.map(Posterior::from).map_err(raised)
     }
 
     /// The most probable value of all variables together (MPE), by `mode()`; `number()` is ln of its probability, nats.
@@ -226,32 +226,33 @@ impl Program {
     fn observations(
         &self,
         py: Python<'_>,
-        about: Vec<String>,
-        among: Option<Vec<String>>,
+        about: Names,
+        among: Option<Names>,
         evidence: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(f64, Vec<(String, f64)>)> {
         let (program, known) = (self.program.clone(), crate::value::evidence(evidence)?);
         let among = among.unwrap_or_default();
-        let found = patiently(py, move || program.observations(&about, &among, &known))?;
+        let found = patiently(py, move || program.observations(&about.0, &among.0, &known))?;
         let (entropy, all) = found.map_err(raised)?;
         Ok((entropy, all.into_iter().map(|one| (one.variable, one.information)).collect()))
     }
 
     /// The posteriors of many cases, the rows of a table with a column for each observed variable; null and NaN are not
     /// observed. `table` is a pandas, polars or Arrow frame, a mapping of names to arrays, or the path of a CSV file; `only`
-    /// names some variables. Rows run in parallel without the interpreter lock.
+    /// names some variables, and `ignore` columns to leave out. Rows run in parallel without the interpreter lock.
     ///
     /// Returns a frame of the same kind (else `Columns`) with a row for each case: `ln_p_evidence` (nats), `variable=value`
     /// for the probability of each value, `variable.mean` and `variable.deviation` for each real, float64, and `error`, text,
     /// the reason of a case without an answer, whose numbers are NaN. Raises `DataError` with row and column.
-    #[pyo3(signature = (table, *, only = None))]
+    #[pyo3(signature = (table, *, only = None, ignore = Names::default()))]
     fn batch<'py>(
         slf: &Bound<'py, Self>,
         table: &Bound<'py, PyAny>,
-        only: Option<Vec<String>>,
+        only: Option<Names>,
+        ignore: Names,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let frames = slf.py().import("bayesian_programs.frames")?;
-        frames.call_method1("batch", (slf, table, only.unwrap_or_default()))
+        let arguments = (slf, table, only.unwrap_or_default().0, ignore.0);
+        slf.py().import("bayesian_programs.frames")?.call_method1("batch", arguments)
     }
 
     /// The posteriors of many cases: column names, columns (numpy), and the reason of each row without an answer.
@@ -260,8 +261,9 @@ impl Program {
         py: Python<'py>,
         table: &Bound<'py, PyAny>,
         only: Vec<String>,
+        ignore: Vec<String>,
     ) -> PyResult<batch::Columns<'py>> {
-        batch::batch(py, &self.program, table, &only)
+        batch::batch(py, &self.program, table, &only, &ignore)
     }
 
     /// Learns the `unknown` forms, and the parameters that `identification` names, from a table with a row for each case:
@@ -270,7 +272,7 @@ impl Program {
     /// `sequence` over time the column that identifies the sequence of a row; `seed` and `iterations` are those of EM.
     /// Returns the learned program; `report` describes what was learned. Raises `DataError` with row and column.
     #[pyo3(signature = (
-        table, *, hidden = Vec::new(), ignore = Vec::new(), weight = None, sequence = None, seed = None,
+        table, *, hidden = Names::default(), ignore = Names::default(), weight = None, sequence = None, seed = None,
         iterations = None
     ))]
     #[allow(clippy::too_many_arguments)]
@@ -278,8 +280,8 @@ impl Program {
         &self,
         py: Python<'_>,
         table: &Bound<'_, PyAny>,
-        hidden: Vec<String>,
-        ignore: Vec<String>,
+        hidden: Names,
+        ignore: Names,
         weight: Option<&str>,
         sequence: Option<&str>,
         seed: Option<u64>,
@@ -287,10 +289,10 @@ impl Program {
     ) -> PyResult<Self> {
         let mut learning = match table.extract::<PathBuf>() {
             Ok(path) => Learning::from(path),
-            Err(_) => Learning::of_records(self.table(py, table)?),
+            Err(_) => Learning::of_records(self.table(py, table, &ignore.0)?),
         };
-        learning = hidden.iter().fold(learning, |learning, name| learning.hidden(name));
-        learning = ignore.iter().fold(learning, |learning, name| learning.ignore(name));
+        learning = hidden.0.iter().fold(learning, |learning, name| learning.hidden(name));
+        learning = ignore.0.iter().fold(learning, |learning, name| learning.ignore(name));
         learning = weight.into_iter().fold(learning, Learning::weight);
         learning = sequence.into_iter().fold(learning, Learning::sequence);
         learning = seed.into_iter().fold(learning, Learning::seed);
@@ -303,13 +305,13 @@ impl Program {
     /// The program whose sets have the rows of tables as their elements: a column named as a field fills it, a column named
     /// as a family is evidence where its cells have values. `of` names the sets of the first tables, by default those of their
     /// columns; `ignore` names columns to leave out. Raises `DataError` with row and column.
-    #[pyo3(signature = (*tables, of = Vec::new(), ignore = Vec::new()))]
+    #[pyo3(signature = (*tables, of = Vec::new(), ignore = Names::default()))]
     fn rows(
         &self,
         py: Python<'_>,
         tables: &Bound<'_, PyTuple>,
         of: Vec<Option<String>>,
-        ignore: Vec<String>,
+        ignore: Names,
     ) -> PyResult<Self> {
         if of.len() > tables.len() {
             let (sets, given) = (of.len(), tables.len());
@@ -319,11 +321,11 @@ impl Program {
         for (at, table) in tables.iter().enumerate() {
             rows = match table.extract::<PathBuf>() {
                 Ok(path) => rows.and(path),
-                Err(_) => rows.and_records(self.table(py, &table)?),
+                Err(_) => rows.and_records(self.table(py, &table, &ignore.0)?),
             };
             rows = of.get(at).cloned().flatten().iter().fold(rows, |rows, set| rows.of(set));
         }
-        let rows = ignore.iter().fold(rows, |rows, column| rows.ignore(column));
+        let rows = ignore.0.iter().fold(rows, |rows, column| rows.ignore(column));
         let program = self.program.clone().rows(rows).map_err(raised)?;
         Ok(Self::new(program, Origin { text: None, ..self.origin.clone() }))
     }
@@ -338,8 +340,7 @@ impl Program {
     ) -> PyResult<Self> {
         let own = Settings::default();
         let (seed, iterations) = (seed.unwrap_or(own.seed), iterations.unwrap_or(own.iterations));
-        let settings = Settings { seed, iterations, ..own };
-        let program = self.program.clone();
+        let (program, settings) = (self.program.clone(), Settings { seed, iterations, ..own });
         let learned = patiently(py, move || program.learn_from_rows(&settings))?.map_err(raised)?;
         Ok(self.learned(&learned))
     }

@@ -142,7 +142,7 @@ impl Question {
             let each: Vec<Evidence> = each.iter().map(|one| evidence(Some(&one))).collect::<PyResult<_>>()?;
             return patiently(py, move || question.over(&each))?.map(Posterior::from).map_err(raised);
         }
-        let records = table::Table::of(py, None, instants)?.records().map_err(raised)?;
+        let records = table::Table::of(py, None, instants, &[])?.records().map_err(raised)?;
         patiently(py, move || question.over_records(&records))?.map(Posterior::from).map_err(raised)
     }
 

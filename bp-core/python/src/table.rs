@@ -7,10 +7,12 @@
 use crate::error::wrong;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type,
-    UInt64Type,
+    Decimal32Type, Decimal64Type, Decimal128Type, Decimal256Type, Float16Type, Float32Type, Float64Type,
+    Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, BooleanArray, LargeStringArray, StringArray, StringViewArray};
+use arrow_array::{
+    Array, ArrayRef, BooleanArray, LargeStringArray, RecordBatchReader, StringArray, StringViewArray,
+};
 use arrow_schema::DataType;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Error, Records};
@@ -46,54 +48,74 @@ enum Cells {
     Categories(Vec<Option<usize>>, ArrayRef),
     /// As text; empty where missing.
     Texts(Vec<String>),
+    /// This number of cells that are not read.
+    Ignored(usize),
 }
 
 impl Table {
-    /// The table of a Python object; `model` gives the words of its labels for true and false.
+    /// The table of a Python object; `model` gives the words of its labels for true and false. Ignored columns are empty.
     ///
     /// # Errors
     /// An object without columns, columns of different lengths, a type of cells that is no value.
-    pub(crate) fn of(py: Python<'_>, model: Option<&Model>, table: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(crate) fn of(
+        py: Python<'_>,
+        model: Option<&Model>,
+        table: &Bound<'_, PyAny>,
+        ignored: &[String],
+    ) -> PyResult<Self> {
         // The index of a pandas frame would be a column.
         let plain = match table.hasattr("reset_index")? {
             true => Some(table.call_method("reset_index", (), Some(&[("drop", true)].into_py_dict(py)?))?),
             false => None,
         };
         let table = plain.as_ref().unwrap_or(table);
-        let mut found = match table.hasattr("__arrow_c_stream__")? || table.hasattr("__arrow_c_array__")? {
-            true => match table.extract::<AnyRecordBatch>() {
-                Ok(batches) => Self::of_arrow(batches)?,
-                // pandas exports by means of pyarrow, which may be absent.
-                Err(error) if error.is_instance_of::<PyImportError>(py) => Self::of_columns(table)?,
+        let is_arrow = table.hasattr("__arrow_c_stream__")? || table.hasattr("__arrow_c_array__")?;
+        let mut found = match is_arrow {
+            true => match table.extract::<AnyRecordBatch>().and_then(AnyRecordBatch::into_reader) {
+                Ok(reader) => Self::of_arrow(reader, ignored)?,
+                // pandas exports by means of pyarrow, which may be absent; Arrow may not read a type of polars.
                 Err(error) if table.hasattr("columns")? || table.hasattr("schema")? => {
-                    return Err(match error.is_instance_of::<PyValueError>(py) {
-                        true => wrong(error.value(py).to_string()),
-                        false => error,
-                    });
+                    Self::of_columns(table, ignored).map_err(|other| {
+                        match error.is_instance_of::<PyImportError>(py) {
+                            true => other,
+                            false if error.is_instance_of::<PyValueError>(py) => {
+                                wrong(error.value(py).to_string())
+                            }
+                            false => error,
+                        }
+                    })?
                 }
                 // One column, such as a series.
                 Err(_) => return Err(no_columns(table)),
             },
-            false => Self::of_columns(table)?,
+            false => Self::of_columns(table, ignored)?,
         };
         found.words = found.columns.iter().map(|name| words(model, name)).collect();
         Ok(found)
     }
 
-    fn of_arrow(batches: AnyRecordBatch) -> PyResult<Self> {
-        let reader = batches.into_reader()?;
-        let columns: Vec<String> =
-            reader.schema().fields().iter().map(|field| field.name().clone()).collect();
+    fn of_arrow(reader: Box<dyn RecordBatchReader + Send>, ignored: &[String]) -> PyResult<Self> {
+        let fields = reader.schema().fields().clone();
+        let columns: Vec<String> = fields.iter().map(|field| field.name().clone()).collect();
         let mut found = Vec::new();
         for batch in reader {
             let batch = batch.map_err(|error| wrong(error.to_string()))?;
-            let cells = columns.iter().zip(batch.columns()).map(|(name, array)| arrow(name, array));
+            let cells = fields.iter().zip(batch.columns()).map(|(field, array)| {
+                if ignored.contains(field.name()) {
+                    return Ok(Cells::Ignored(array.len()));
+                }
+                match field.metadata().get("ARROW:extension:name") {
+                    // The numbers in which the values of a type of others are kept are no values: pandas' periods are months since 1970.
+                    Some(kind) => Err(no_value(field.name(), kind)),
+                    None => arrow(field.name(), array),
+                }
+            });
             found.push((batch.num_rows(), cells.collect::<PyResult<_>>()?));
         }
         Ok(Self { columns, words: Vec::new(), batches: found })
     }
 
-    fn of_columns(table: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn of_columns(table: &Bound<'_, PyAny>, ignored: &[String]) -> PyResult<Self> {
         let names: Vec<Bound<'_, PyAny>> = if let Ok(mapping) = table.cast::<PyMapping>() {
             mapping.keys()?.iter().collect()
         } else if table.hasattr("columns")? {
@@ -103,7 +125,7 @@ impl Table {
         };
         let (mut columns, mut cells, mut rows) = (Vec::new(), Vec::new(), None);
         for name in names {
-            let (column, own) = column(&name, &table.get_item(&name)?)?;
+            let (column, own) = column(&name, &table.get_item(&name)?, ignored)?;
             let expected = *rows.get_or_insert(own.len());
             if own.len() != expected {
                 return Err(wrong(format!(
@@ -158,6 +180,7 @@ impl Cells {
             Cells::Views(texts) => texts.len(),
             Cells::Categories(keys, _) => keys.len(),
             Cells::Texts(texts) => texts.len(),
+            Cells::Ignored(count) => *count,
         }
     }
 
@@ -176,6 +199,7 @@ impl Cells {
                 }
             }
             Cells::Texts(texts) => text.push_str(&texts[row]),
+            Cells::Ignored(_) => {}
         }
     }
 }
@@ -221,17 +245,22 @@ fn plain(name: &str, kind: &DataType) -> PyResult<()> {
             kind,
             DataType::Null
                 | DataType::Boolean
+                | DataType::Float16
                 | DataType::Float32
                 | DataType::Float64
+                | DataType::Decimal32(..)
+                | DataType::Decimal64(..)
+                | DataType::Decimal128(..)
+                | DataType::Decimal256(..)
                 | DataType::Utf8
                 | DataType::LargeUtf8
                 | DataType::Utf8View
         );
-    known.then_some(()).ok_or_else(|| {
-        wrong(format!(
-            "column `{name}` has the type {kind}: give text, booleans, integers, reals or categories"
-        ))
-    })
+    known.then_some(()).ok_or_else(|| no_value(name, kind))
+}
+
+fn no_value(name: &str, kind: impl std::fmt::Display) -> PyErr {
+    wrong(format!("column `{name}` has the type {kind}: give text, booleans, integers, reals or categories"))
 }
 
 /// Appends the text of a cell of an array that is [`plain`].
@@ -241,6 +270,11 @@ fn arrow_cell(array: &ArrayRef, row: usize, words: [&str; 2], text: &mut String)
             match array.data_type() {
                 $(DataType::$kind => drop(write!(text, "{}", array.as_primitive::<$of>().value(row))),)*
                 DataType::Boolean => text.push_str(words[usize::from(array.as_boolean().value(row))]),
+                DataType::Decimal32(..) => text.push_str(&array.as_primitive::<Decimal32Type>().value_as_string(row)),
+                DataType::Decimal64(..) => text.push_str(&array.as_primitive::<Decimal64Type>().value_as_string(row)),
+                DataType::Decimal128(..) => text.push_str(&array.as_primitive::<Decimal128Type>().value_as_string(row)),
+                DataType::Decimal256(..) => text.push_str(&array.as_primitive::<Decimal256Type>().value_as_string(row)),
+                DataType::Float16 => real(array.as_primitive::<Float16Type>().value(row).to_f64(), text),
                 DataType::Float32 => {
                     let number = array.as_primitive::<Float32Type>().value(row);
                     if !number.is_nan() {
@@ -284,11 +318,20 @@ fn numbers(array: &Bound<'_, PyUntypedArray>) -> PyResult<Option<ArrayRef>> {
 }
 
 /// A column of a mapping: an array, or any sequence of booleans, numbers, texts and `None`.
-fn column(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(String, Cells)> {
+fn column(
+    name: &Bound<'_, PyAny>,
+    values: &Bound<'_, PyAny>,
+    ignored: &[String],
+) -> PyResult<(String, Cells)> {
     let name = name.cast::<PyString>().map_err(|_| wrong(format!("the column name {name} is not a text")))?;
     let name = name.to_str()?.to_owned();
+    if ignored.contains(&name) {
+        return Ok((name, Cells::Ignored(values.len()?)));
+    }
     let values = match values.hasattr("to_numpy")? {
         true => values.call_method0("to_numpy")?,
+        // A masked array of numpy: a list with `None` where it is masked.
+        false if values.hasattr("mask")? && values.hasattr("filled")? => values.call_method0("tolist")?,
         false => values.clone(),
     };
     if let Ok(array) = values.cast::<PyUntypedArray>() {
@@ -300,10 +343,7 @@ fn column(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(Strin
         }
         // Texts, objects and reals of other widths are read one by one.
         if !b"UOTf".contains(&array.dtype().kind()) {
-            let kind = array.dtype();
-            return Err(wrong(format!(
-                "column `{name}` has the type {kind}: give text, booleans, integers, reals or categories"
-            )));
+            return Err(no_value(&name, array.dtype()));
         }
     }
     if values.cast::<PyString>().is_ok() || !values.hasattr("__iter__")? {

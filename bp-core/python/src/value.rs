@@ -8,9 +8,10 @@ use bp_core::compiler::answer::Slot;
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Evidence, Value};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
-use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyString};
+use pyo3::{Borrowed, IntoPyObjectExt};
 
 /// A likelihood for each value of a finite variable: virtual evidence, `{"Rain": bp.likelihood([0.8, 0.2])}`.
 ///
@@ -148,4 +149,22 @@ pub(crate) fn values_of(model: &Model, slot: &Slot) -> Vec<Value> {
         _ => Value::Integer(domain.number(ordinal) as i64),
     };
     (0..slot.count).map(value).collect()
+}
+
+/// A list of names.
+#[derive(Clone, Default)]
+pub(crate) struct Names(pub(crate) Vec<String>);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for Names {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        match given.extract::<Vec<String>>() {
+            Ok(names) => Ok(Self(names)),
+            Err(_) => Err(PyTypeError::new_err(format!(
+                "give a list of names, such as [\"Rain\"], not {}",
+                given.repr()?
+            ))),
+        }
+    }
 }

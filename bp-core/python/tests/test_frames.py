@@ -124,6 +124,52 @@ def test_numbers_of_every_type_and_stride(line, grass):
     np.testing.assert_allclose(line.batch({"Y": frozen})["X.mean"], expected)
 
 
+def test_a_frame_of_polars_has_the_reasons_too(grass, line):
+    polars = pytest.importorskip("polars")
+    found = grass.batch(polars.DataFrame({"Rain": [True, True], "Wet": [True, False]}))
+    assert found["error"][0] is None and "zero" in found["error"][1]
+    # No row has an answer: they are rows all the same.
+    found = grass.batch(polars.DataFrame({"Rain": [True], "Wet": [False]}))
+    assert len(found) == 1 and "zero" in found["error"][0]
+    # A column without a type observes nothing.
+    found = grass.batch(polars.DataFrame({"Wet": [None, None]}), only=["Rain"])
+    np.testing.assert_allclose(found["Rain=true"], [0.3, 0.3])
+
+
+def test_masked_cells_are_missing(grass):
+    wet = np.ma.array([1, 0, 0], mask=[0, 0, 1])
+    np.testing.assert_allclose(grass.batch({"Wet": wet}, only=["Rain"])["Rain=true"], [0.3 / 0.93, 0.0, 0.3])
+
+
+def test_types_that_are_kept_as_numbers(line):
+    pandas = pytest.importorskip("pandas")
+    arrow = pytest.importorskip("pyarrow")
+    with pytest.raises(bp.InputError, match="column `Y` has the type pandas.period"):
+        line.batch(pandas.DataFrame({"Y": pandas.period_range("2020", periods=1, freq="Y")}))
+    from decimal import Decimal
+
+    found = line.batch(arrow.table({"Y": arrow.array([Decimal("2.0"), None], arrow.decimal128(3, 1))}))
+    np.testing.assert_allclose(found["X.mean"].to_pylist(), [1.0, 0.0], atol=1e-15)
+    found = line.batch(arrow.table({"Y": arrow.array([np.float16(2.0)], arrow.float16())}))
+    np.testing.assert_allclose(found["X.mean"].to_pylist(), [1.0])
+
+
+def test_ignored_columns_may_have_any_type(grass, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"Wet": [True], "when": pandas.to_datetime(["2020-01-01"])})
+    with pytest.raises(bp.InputError, match="column `when` has the type"):
+        grass.batch(frame, only=["Rain"])
+    np.testing.assert_allclose(grass.batch(frame, only=["Rain"], ignore=["when"])["Rain=true"], [0.3 / 0.93])
+    path = tmp_path / "cases.csv"
+    path.write_text("id,Wet\n7,true\n")
+    np.testing.assert_allclose(grass.batch(path, only=["Rain"], ignore=["id"])["Rain=true"], [0.3 / 0.93])
+
+
+def test_a_text_is_no_list_of_names(grass):
+    with pytest.raises(TypeError, match="argument 'only': give a list of names"):
+        grass.batch({"Wet": [True]}, only="Rain")
+
+
 def test_nullable_columns(line, grass):
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"Y": pandas.array([2, None, -1], dtype="Int32")})

@@ -246,7 +246,8 @@ const LAWS: &str = "program Laws {
     question each { variance smooth P(W | O) }
     question states { entropy filter P(K | L); argmax filter P(K | L); expectation predict(2) P(K | L) }
     question history { smooth P(K | L); argmax smooth P(K | L); entropy smooth P(K | L); sequence P(K | L) }
-    question seldom { max filter P(K | L); filter P(K = true | L); P(K^-1) }
+    question seldom { max filter P(K | L); filter P(K = true | L) }
+    question before { P(K^-1) }
     question apart { divergence filter P(K | L) from predict(1) P(K | L) }
 }";
 

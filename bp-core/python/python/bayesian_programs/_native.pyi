@@ -92,7 +92,9 @@ class Program:
     ) -> tuple[float, list[tuple[str, float]]]:
         """Entropy of `about`, and what observing each of `among` would tell of it, nats, the most first."""
 
-    def batch(self, table: _Table, *, only: Sequence[str] | None = None) -> Any:
+    def batch(
+        self, table: _Table, *, only: Sequence[str] | None = None, ignore: Sequence[str] = ...
+    ) -> Any:
         """The posteriors of many cases, one for each row: a frame of the kind of `table`, else `Columns`.
 
         Columns: `ln_p_evidence` (nats), `variable=value`, `variable.mean`, `variable.deviation` (float64), and `error`
@@ -119,7 +121,7 @@ class Program:
 
     def diagram(self, question: str | None = None, *, evidence: _Values | None = None) -> Diagram: ...
     def _batch(
-        self, table: _Table, only: Sequence[str]
+        self, table: _Table, only: Sequence[str], ignore: Sequence[str]
     ) -> tuple[int, list[str], list[npt.NDArray[np.float64]], list[tuple[int, str]]]: ...
     def _repr_html_(self) -> str: ...
     def _repr_latex_(self) -> str | None: ...

@@ -20,8 +20,8 @@ class Columns(Mapping[str, "npt.NDArray[np.float64]"]):
     """Columns of numbers by name, one row for each case.
 
     A mapping of names to numpy arrays (float64); `errors` maps the rows without an answer to their reasons. It has
-    `__arrow_c_stream__`, so that `pyarrow.table(columns)`, `polars.DataFrame(columns)` and DuckDB read it, with a last
-    column `error`; NaN becomes null there.
+    `__arrow_c_stream__`, so that `pyarrow.table(columns)` and DuckDB read it, with a last column `error`; NaN becomes null
+    there.
     """
 
     def __init__(
@@ -67,12 +67,13 @@ class Columns(Mapping[str, "npt.NDArray[np.float64]"]):
         """A frame of polars."""
         import polars
 
-        return polars.DataFrame(self)
+        # As a mapping it would be without the column `error`.
+        return polars.DataFrame(_native._stream(self.rows, list(self._columns.items()), self.errors))
 
 
-def batch(program: _native.Program, table: Any, only: list[str]) -> Any:
+def batch(program: _native.Program, table: Any, only: list[str], ignore: list[str]) -> Any:
     """The posteriors of many cases, as a frame of the kind of `table`."""
-    found = Columns(*program._batch(table, only))
+    found = Columns(*program._batch(table, only, ignore))
     kind = type(table)
     package = kind.__module__.partition(".")[0]
     if package == "pandas":
