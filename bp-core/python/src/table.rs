@@ -11,9 +11,9 @@ use arrow_array::types::{
     Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
 use arrow_array::{
-    Array, ArrayRef, BooleanArray, LargeStringArray, RecordBatchReader, StringArray, StringViewArray,
+    Array, ArrayRef, BooleanArray, LargeStringArray, RecordBatch, StringArray, StringViewArray,
 };
-use arrow_schema::DataType;
+use arrow_schema::{DataType, Schema};
 use bp_core::compiler::model::{Domain, Model};
 use bp_core::prelude::{Error, Records};
 use numpy::{PyArrayDescrMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
@@ -71,8 +71,8 @@ impl Table {
         let table = plain.as_ref().unwrap_or(table);
         let is_arrow = table.hasattr("__arrow_c_stream__")? || table.hasattr("__arrow_c_array__")?;
         let mut found = match is_arrow {
-            true => match table.extract::<AnyRecordBatch>().and_then(AnyRecordBatch::into_reader) {
-                Ok(reader) => Self::of_arrow(reader, ignored)?,
+            true => match read(table) {
+                Ok((schema, batches)) => Self::of_arrow(&schema, &batches, ignored)?,
                 // pandas exports by means of pyarrow, which may be absent; Arrow may not read a type of polars.
                 Err(error) if table.hasattr("columns")? || table.hasattr("schema")? => {
                     Self::of_columns(table, ignored).map_err(|other| {
@@ -94,12 +94,11 @@ impl Table {
         Ok(found)
     }
 
-    fn of_arrow(reader: Box<dyn RecordBatchReader + Send>, ignored: &[String]) -> PyResult<Self> {
-        let fields = reader.schema().fields().clone();
+    fn of_arrow(schema: &Schema, batches: &[RecordBatch], ignored: &[String]) -> PyResult<Self> {
+        let fields = schema.fields();
         let columns: Vec<String> = fields.iter().map(|field| field.name().clone()).collect();
         let mut found = Vec::new();
-        for batch in reader {
-            let batch = batch.map_err(|error| wrong(error.to_string()))?;
+        for batch in batches {
             let cells = fields.iter().zip(batch.columns()).map(|(field, array)| {
                 if ignored.contains(field.name()) {
                     return Ok(Cells::Ignored(array.len()));
@@ -219,6 +218,14 @@ fn words(model: Option<&Model>, name: &str) -> [&'static str; 2] {
     let Some(Domain::Finite { labels, .. }) = domain else { return SPELLINGS[0] };
     let has = |words: &[&str; 2]| words.iter().all(|word| labels.iter().any(|label| label == word));
     SPELLINGS.into_iter().find(has).unwrap_or(SPELLINGS[0])
+}
+
+/// The schema and the batches of a table of Arrow.
+fn read(table: &Bound<'_, PyAny>) -> PyResult<(Arc<Schema>, Vec<RecordBatch>)> {
+    let reader = table.extract::<AnyRecordBatch>()?.into_reader()?;
+    let schema = reader.schema();
+    let batches = reader.collect::<Result<_, _>>().map_err(|error| wrong(error.to_string()))?;
+    Ok((schema, batches))
 }
 
 /// The cells of an Arrow array.
