@@ -166,7 +166,7 @@ def test_ignored_columns_may_have_any_type(grass, tmp_path):
 
 
 def test_a_text_is_no_list_of_names(grass):
-    with pytest.raises(TypeError, match="argument 'only': give a list of names"):
+    with pytest.raises(TypeError, match="give a list of names"):
         grass.batch({"Wet": [True]}, only="Rain")
 
 
