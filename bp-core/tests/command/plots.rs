@@ -73,6 +73,41 @@ fn reals_have_a_density_with_an_interval_and_a_mean() {
 }
 
 #[test]
+fn two_reals_have_a_joint_density_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("two.bp");
+    std::fs::write(
+        &path,
+        "program Two { variables { A, B : real; } decomposition { P(A) P(B | A) }
+         forms { P(A) = normal(0, 1); P(B | A) = normal(0.8 * A, 0.6); } question both { P(A B) } }",
+    )
+    .unwrap();
+    // The deviations are 1 and √(0.64 + 0.36) = 1, the highest density is 1 / (2π · 1 · 0.6) = 0.265.
+    for by in [["--by", "gaussian"], ["--by", "gibbs"]] {
+        let arguments = ["ask", path.to_str().unwrap(), "both", by[0], by[1]];
+        let (words, cells) = drawn(&arguments, "rect");
+        has(
+            &words,
+            &["P(A B)", "probability density (per unit of A and of B)", "P(A B): A", "P(A B): B", "0.25"],
+        );
+        assert!(words.iter().all(|word| word != "0.35"), "{words:?}");
+        assert!(cells > 100 + 16 * 16, "{cells}");
+    }
+}
+
+#[test]
+fn elements_of_a_family_have_intervals_on_one_axis() {
+    let pupils = ["ask", "examples/pupils.bp", "schools", "--rows", "examples/data/pupils.csv"];
+    let (words, means) = drawn(&pupils, "circle");
+    has(
+        &words,
+        &["P(Level | Mark)", "element of Level", "Hill", "Lake", "Park", "Mill", "mean", "5 % to 95 %"],
+    );
+    // One for each school, and one in the legend.
+    assert_eq!(means, 4 + 1);
+}
+
+#[test]
 fn questions_over_time_are_lines_with_bands() {
     let folder = tempfile::tempdir().unwrap();
     let (program, data) = (folder.path().join("w.bp"), folder.path().join("w.csv"));

@@ -72,7 +72,7 @@ pub enum PartLaw {
 
 impl PartLaw {
     /// The density of reals at a point; 0 where the part has none, NaN where it is not known of several together.
-    pub(crate) fn density(&self, at: &[f64]) -> f64 {
+    pub fn density(&self, at: &[f64]) -> f64 {
         match self {
             PartLaw::Normal { mean, covariance } => density(mean, covariance, at),
             PartLaw::Mixture(mixture) => mixture.density(at),

@@ -3,7 +3,7 @@
 //! In: panels. Out: the bytes of a PNG or an SVG. Invariant: text is in the included font, or in SVG in any sans-serif
 //! one; colours differ in lightness too, so that they can be distinguished in grey.
 
-use super::labels::{at_whole, fitted, shortened, tick, tick_between};
+use super::labels::{at_whole, fitted, of_places, shortened, tick, tick_between};
 use super::{Bars, Course, Density, Panel};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -40,8 +40,8 @@ pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
     include_font();
     let mut text = String::new();
     {
-        let size = size(panels);
-        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let (width, height, _) = size(panels);
+        let root = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
         draw(&root, panels, 1).and_then(|()| root.present()).map_err(|error| error.to_string())?;
     }
     Ok(text.into_bytes())
@@ -50,7 +50,7 @@ pub(super) fn svg(panels: &[Panel]) -> Result<Vec<u8>, String> {
 /// The panels as PNG.
 pub(super) fn png(panels: &[Panel]) -> Result<Vec<u8>, String> {
     include_font();
-    let (width, height) = size(panels);
+    let (width, height, _) = size(panels);
     let (width, height) = (width * FINE, height * FINE);
     let mut pixels = vec![255; 3 * width as usize * height as usize];
     {
@@ -67,25 +67,27 @@ pub(super) fn png(panels: &[Panel]) -> Result<Vec<u8>, String> {
     Ok(bytes.into_inner())
 }
 
-/// Width and height of all panels: a heat map has square cells, where that is not too high.
-fn size(panels: &[Panel]) -> (u32, u32) {
-    let (columns, rows) = layout(panels.len());
-    let high = |panel: &Panel| match panel {
+/// Width and height of all panels, and where each row of them ends.
+fn size(panels: &[Panel]) -> (u32, u32, Vec<u32>) {
+    let columns = if panels.len() > 3 { 2 } else { 1 };
+    let ends = panels.chunks(columns).scan(0, |end, row| {
+        *end += row.iter().map(high).max().unwrap_or(SIZE.1);
+        Some(*end)
+    });
+    let ends: Vec<u32> = ends.collect();
+    (SIZE.0 * columns as u32, ends.last().copied().unwrap_or(SIZE.1), ends)
+}
+
+/// The height of a panel: a heat map has square cells, where that is not too high.
+fn high(panel: &Panel) -> u32 {
+    match panel {
         Panel::Heat(heat) => {
             let (across, upwards) = (heat.across.1.len().max(1), heat.upwards.1.len());
             let cells = f64::from(SIZE.0 - BESIDE_MAP) * upwards as f64 / across as f64;
             (cells as u32 + ABOVE_MAP).clamp(SIZE.1, SIZE.0)
         }
         _ => SIZE.1,
-    };
-    let height = panels.iter().map(high).max().unwrap_or(SIZE.1);
-    (SIZE.0 * columns, height * rows)
-}
-
-/// Columns and rows of panels.
-fn layout(count: usize) -> (u32, u32) {
-    let columns = if count > 3 { 2 } else { 1 };
-    (columns, (count as u32).div_ceil(columns))
+    }
 }
 
 /// Registers the included font, once.
@@ -102,8 +104,9 @@ fn include_font() {
 
 fn draw<B: DrawingBackend>(root: &Area<'_, B>, panels: &[Panel], fine: u32) -> Drawn<B> {
     root.fill(&WHITE)?;
-    let (columns, rows) = layout(panels.len());
-    let areas = root.split_evenly((rows as usize, columns as usize));
+    let (width, _, ends) = size(panels);
+    let across: Vec<u32> = (1..width / SIZE.0).map(|column| column * SIZE.0 * fine).collect();
+    let areas = root.split_by_breakpoints(across, ends.iter().map(|end| end * fine).collect::<Vec<_>>());
     for (panel, area) in panels.iter().zip(&areas) {
         let pen = Pen { fine };
         match panel {
@@ -112,6 +115,7 @@ fn draw<B: DrawingBackend>(root: &Area<'_, B>, panels: &[Panel], fine: u32) -> D
             Panel::Course(course) => pen.course(area, course)?,
             Panel::Stairs(stairs) => pen.stairs(area, stairs)?,
             Panel::Heat(heat) => pen.heat(area, heat)?,
+            Panel::Intervals(intervals) => pen.intervals(area, intervals)?,
         }
     }
     Ok(())
@@ -124,7 +128,7 @@ pub(super) struct Pen {
 }
 
 /// The range of some numbers, with a margin; a single number has one around it.
-fn range(numbers: impl Iterator<Item = f64>, zero: bool) -> (f64, f64) {
+pub(super) fn range(numbers: impl Iterator<Item = f64>, zero: bool) -> (f64, f64) {
     let start = if zero { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) };
     let (low, high) = numbers
         .filter(|number| number.is_finite())
@@ -166,21 +170,13 @@ impl Pen {
             self.builder(area, &panel.title).build_cartesian_2d(-0.5..count as f64 - 0.5, low..high)?;
         let labels: Vec<String> = panel.bars.iter().map(|(label, _, _)| label.clone()).collect();
         let (labels, each) = fitted(&labels, 95);
-        let label = |at: &f64| {
-            let nearest = at.round();
-            let position = nearest as usize;
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && position.is_multiple_of(each) {
-                true => labels.get(position).cloned().unwrap_or_default(),
-                false => String::new(),
-            }
-        };
         chart
             .configure_mesh()
             .disable_x_mesh()
             .light_line_style(WHITE)
             .bold_line_style(GRID)
             .x_labels((count * 2).max(2))
-            .x_label_formatter(&label)
+            .x_label_formatter(&of_places(&labels, each))
             .y_label_formatter(&tick_between(low, high))
             .x_desc(shortened(&panel.across, 90))
             .y_desc(panel.upwards.as_str())

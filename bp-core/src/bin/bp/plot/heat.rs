@@ -5,7 +5,7 @@
 
 use super::Heat;
 use super::canvas::{Area, Drawn, Pen};
-use super::labels::{abridged, fitted, tick_between};
+use super::labels::{abridged, fitted, of_places, tick_between};
 use plotters::prelude::*;
 
 impl Pen {
@@ -19,18 +19,10 @@ impl Pen {
         let mut chart = self
             .builder(&map, &panel.title)
             .build_cartesian_2d(-0.5..columns as f64 - 0.5, -0.5..rows as f64 - 0.5)?;
-        let label = |(labels, each): &(Vec<String>, usize), at: f64| {
-            let nearest = at.round();
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && (nearest as usize).is_multiple_of(*each) {
-                true => labels.get(nearest as usize).cloned().unwrap_or_default(),
-                false => String::new(),
-            }
-        };
         // Those of the rows stand one above the other, so that each has the same room.
         let short: Vec<String> = panel.upwards.1.iter().map(|label| abridged(label, 12)).collect();
-        let lines = (short, panel.upwards.1.len() / 18 + 1);
-        let places = fitted(&panel.across.1, 70);
-        let (across, upwards) = (|at: &f64| label(&places, *at), |at: &f64| label(&lines, *at));
+        let (labels, each) = fitted(&panel.across.1, 70);
+        let (across, upwards) = (of_places(&labels, each), of_places(&short, rows / 18 + 1));
         chart
             .configure_mesh()
             .disable_mesh()

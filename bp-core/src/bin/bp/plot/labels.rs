@@ -35,6 +35,18 @@ pub(super) fn at_whole(number: &f64) -> String {
     if (number - nearest).abs() < 1e-6 { format!("{nearest}") } else { String::new() }
 }
 
+/// The label of each place that is shown; nothing between two of them.
+pub(super) fn of_places(labels: &[String], each: usize) -> impl Fn(&f64) -> String + '_ {
+    move |at| {
+        let nearest = at.round();
+        let place = nearest as usize;
+        match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && place.is_multiple_of(each) {
+            true => labels.get(place).cloned().unwrap_or_default(),
+            false => String::new(),
+        }
+    }
+}
+
 /// A number by itself: up to four digits, without trailing zeros.
 pub(super) fn tick(number: &f64) -> String {
     let size = number.abs();

@@ -4,7 +4,7 @@
 //! context only, and its area is one.
 
 use super::contexts::laws;
-use super::panels::points;
+use super::reals::points;
 use super::{Course, Curve, Density, Panel};
 use bp_core::compiler::answer::{Figure, NamedLaw};
 use bp_core::compiler::data::Records;

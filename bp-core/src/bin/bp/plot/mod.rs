@@ -6,9 +6,11 @@
 mod canvas;
 mod contexts;
 mod heat;
+mod intervals;
 mod labels;
 mod learning;
 mod panels;
+mod reals;
 mod stairs;
 
 use crate::failure::Failure;
@@ -36,6 +38,8 @@ pub(crate) enum Panel {
     Stairs(Stairs),
     /// A number for each pair of values.
     Heat(Heat),
+    /// Means and intervals of the elements of a family.
+    Intervals(Intervals),
 }
 
 /// A bar for each value, with its standard error, if it is estimated.
@@ -92,6 +96,13 @@ pub(crate) struct Heat {
     pub(crate) numbers: Vec<f64>,
 }
 
+/// The mean of each element of a family with its quantiles at 5 % and 95 %, by its label.
+pub(crate) struct Intervals {
+    pub(crate) title: String,
+    pub(crate) across: String,
+    pub(crate) marks: Vec<(String, f64, (f64, f64))>,
+}
+
 impl Panel {
     /// The names and values in its text.
     fn words(&self) -> Vec<&String> {
@@ -109,6 +120,10 @@ impl Panel {
             }
             Panel::Stairs(stairs) => {
                 [&stairs.title, &stairs.upwards.0].into_iter().chain(&stairs.upwards.1).collect()
+            }
+            Panel::Intervals(panel) => {
+                let labels = panel.marks.iter().map(|(label, _, _)| label);
+                [&panel.title, &panel.across].into_iter().chain(labels).collect()
             }
             Panel::Heat(heat) => {
                 let values = heat.across.1.iter().chain(&heat.upwards.1);

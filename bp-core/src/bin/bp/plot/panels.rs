@@ -1,21 +1,16 @@
 //! The panels of an answer.
 //!
-//! In: an answer. Out: bars for a finite variable, a heat map for two, a density for a real, lines over instants.
-//! Invariant: the numbers are those of the answer; a density is evaluated by its own law.
+//! In: an answer. Out: bars for a finite variable, a heat map for two, panels of reals, lines over instants. Invariant: the
+//! numbers are those of the answer.
 
-use super::{Bars, Course, Curve, Density, Heat, MOST_LINES, Panel, stairs};
-use bp_core::compiler::answer::{Answer, Drawn, Figure, NamedLaw, Part, PartLaw, Row};
-use bp_core::compiler::law::Law;
+use super::{Bars, Course, Curve, Heat, MOST_LINES, Panel, reals, stairs};
+use bp_core::compiler::answer::{Answer, Figure, Row};
 use bp_core::compiler::model::Model;
 use std::collections::BTreeMap;
 
 /// Bars of a panel, and values of an axis of a heat map.
 const MOST_BARS: usize = 40;
 const MOST_CELLS: usize = 200;
-/// Points of a density.
-const POINTS: usize = 241;
-/// Bars of a histogram of draws.
-const BINS: usize = 40;
 
 pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
     // `filter` has the last instant alone: a distribution as any other.
@@ -28,13 +23,7 @@ pub(super) fn of(model: &Model, answer: &Answer) -> Vec<Panel> {
     for rows in answer.answer.chunk_by(alike) {
         panels.extend(finite(&answer.question, rows));
     }
-    for part in &answer.parts {
-        for (place, slot) in part.of.iter().enumerate() {
-            if slot.count == 0 {
-                panels.extend(density(model, &answer.question, part, place));
-            }
-        }
-    }
+    panels.extend(answer.parts.iter().flat_map(|part| reals::of(model, &answer.question, part)));
     panels
 }
 
@@ -172,120 +161,6 @@ fn over_instants(answer: &Answer, lines: &[Curve]) -> Option<Panel> {
         measure: "probability".to_owned(),
         numbers: lines.iter().flat_map(|line| line.points.iter().map(|(_, p)| *p)).collect(),
     }))
-}
-
-/// The density of a real with its interval.
-fn density(model: &Model, question: &str, part: &Part, place: usize) -> Option<Panel> {
-    let name = part.of[place].name(model);
-    let alone = part.marginal(&[place]);
-    let title = match part.given.is_empty() && part.of.len() == 1 {
-        true => question.to_owned(),
-        false => format!("{question}: {name}"),
-    };
-    let (low, high, at): (f64, f64, Box<dyn Fn(f64) -> f64>) = match &alone.law {
-        PartLaw::Normal { mean, covariance } if covariance[0] > 0.0 => {
-            let law = NamedLaw { law: Law::Normal, parameters: [mean[0], covariance[0].sqrt(), 0.0] };
-            (law.quantile(0.0005), law.quantile(0.9995), Box::new(move |x| law.density(x)))
-        }
-        PartLaw::Laws { laws, .. } => {
-            let law = laws[0];
-            (law.quantile(0.0005), law.quantile(0.9995), Box::new(move |x| law.density(x)))
-        }
-        PartLaw::NamedMixture(mixture) => {
-            let mixture = mixture.clone();
-            let ends = [0.0005, 0.9995].map(|level| mixture.quantile(0, level));
-            (ends[0], ends[1], Box::new(move |x| mixture.density(0, x)))
-        }
-        PartLaw::Mixture(mixture) => {
-            let mixture = mixture.clone();
-            let ends = [0.0005, 0.9995].map(|level| mixture.quantile(0, level));
-            (ends[0], ends[1], Box::new(move |x| mixture.density(&[x])))
-        }
-        PartLaw::Draws(draws, drawn) => {
-            let Drawn::At(position) = drawn[0] else { return None };
-            let values = (0..draws.count()).map(|draw| (draws.value(draw, position), draws.weight(draw)));
-            return drawn_density(title, name, values.collect());
-        }
-        _ => return None,
-    };
-    if !(low.is_finite() && high.is_finite() && low < high) {
-        return None;
-    }
-    let narrow = match &alone.law {
-        PartLaw::Mixture(mixture) => {
-            mixture.0.iter().map(|part| (part.mean[0], part.covariance[0].max(0.0).sqrt())).collect()
-        }
-        _ => Vec::new(),
-    };
-    let points = points(low, high, &narrow);
-    let points = points.into_iter().map(|x| (x, at(x))).filter(|(_, y)| y.is_finite()).collect();
-    let (mean, interval) = summary(&alone);
-    Some(Panel::Density(Density {
-        title,
-        across: name,
-        curves: vec![("density".to_owned(), points)],
-        histogram: Vec::new(),
-        interval,
-        mean,
-    }))
-}
-
-/// Where a density is evaluated: at equal distances, and around the mean of each of its parts by parts of its deviation, so
-/// that a part between two of those points is drawn too.
-pub(super) fn points(low: f64, high: f64, parts: &[(f64, f64)]) -> Vec<f64> {
-    let even = (0..POINTS).map(|point| low + (high - low) * point as f64 / (POINTS - 1) as f64);
-    let around = |(mean, deviation): &(f64, f64)| {
-        let (mean, deviation) = (*mean, *deviation);
-        (-24..=24).map(move |step| mean + deviation * f64::from(step) / 6.0)
-    };
-    let parts = parts.iter().filter(|(_, deviation)| *deviation < (high - low) / 40.0);
-    let mut all: Vec<f64> = even.chain(parts.flat_map(around)).filter(|x| (low..=high).contains(x)).collect();
-    all.sort_by(f64::total_cmp);
-    all.dedup();
-    all
-}
-
-/// Mean, and quantiles at 5 % and 95 %.
-fn summary(part: &Part) -> (Option<f64>, Option<(f64, f64)>) {
-    match &part.law {
-        PartLaw::Normal { mean, covariance } => {
-            let law = NamedLaw { law: Law::Normal, parameters: [mean[0], covariance[0].sqrt(), 0.0] };
-            (Some(mean[0]), Some((law.quantile(0.05), law.quantile(0.95))))
-        }
-        PartLaw::Laws { laws, .. } => {
-            (Some(laws[0].mean()), Some((laws[0].quantile(0.05), laws[0].quantile(0.95))))
-        }
-        PartLaw::Mixture(mixture) => {
-            (Some(mixture.mean(0)), Some((mixture.quantile(0, 0.05), mixture.quantile(0, 0.95))))
-        }
-        PartLaw::NamedMixture(mixture) => {
-            (Some(mixture.mean(0)), Some((mixture.quantile(0, 0.05), mixture.quantile(0, 0.95))))
-        }
-        _ => (None, None),
-    }
-}
-
-/// A histogram of weighted draws.
-fn drawn_density(title: String, across: String, mut draws: Vec<(f64, f64)>) -> Option<Panel> {
-    draws.retain(|(value, weight)| value.is_finite() && *weight > 0.0);
-    draws.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let total: f64 = draws.iter().map(|(_, weight)| weight).sum();
-    let quantile = |level: f64| {
-        let mut sum = 0.0;
-        let found = draws.iter().find(|(_, weight)| {
-            sum += weight;
-            sum >= level * total
-        });
-        found.or(draws.last()).map(|(value, _)| *value)
-    };
-    let (low, high) = (quantile(0.002)?, quantile(0.998)?);
-    if low >= high {
-        return None;
-    }
-    let mean = draws.iter().map(|(value, weight)| value * weight).sum::<f64>() / total;
-    let interval = quantile(0.05).zip(quantile(0.95));
-    let histogram = super::learning::histogram(&draws, low, high, BINS);
-    Some(Panel::Density(Density { title, across, curves: Vec::new(), histogram, interval, mean: Some(mean) }))
 }
 
 /// Lines over instants: the probability of each value, or means with bands.

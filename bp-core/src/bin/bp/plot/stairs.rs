@@ -4,7 +4,7 @@
 //! a stair for each sequence; for each real lines. Invariant: a value holds from half an instant before to half an instant after.
 
 use super::canvas::{Area, COLOURS, Drawn, GRID, Pen, key_line};
-use super::labels::{abridged, at_whole, shortened};
+use super::labels::{abridged, at_whole, of_places, shortened};
 use super::{Course, Curve, MOST_LINES, Panel, Stairs};
 use bp_core::compiler::answer::{Answer, Figure, Row};
 use bp_core::compiler::model::{Model, When};
@@ -67,14 +67,8 @@ impl Pen {
         let (first, last) = (instants().fold(f64::INFINITY, f64::min), instants().fold(0.0, f64::max));
         let (name, values) = &panel.upwards;
         let each = values.len() / MOST_LABELS + 1;
-        let height = |at: &f64| {
-            let nearest = at.round();
-            let place = nearest as usize;
-            match (at - nearest).abs() < 1e-6 && nearest >= 0.0 && place.is_multiple_of(each) {
-                true => values.get(place).map(|value| abridged(value, 12)).unwrap_or_default(),
-                false => String::new(),
-            }
-        };
+        let short: Vec<String> = values.iter().map(|value| abridged(value, 12)).collect();
+        let height = of_places(&short, each);
         let mut chart = self
             .builder(area, &panel.title)
             .build_cartesian_2d(first - 0.5..last + 0.5, -0.5..values.len() as f64 - 0.5)?;
