@@ -7,11 +7,12 @@
 use super::form::Evaluation;
 use super::number::Known;
 use crate::error::Error;
-use crate::exec::scalar::Number;
+use crate::exec::scalar::{Extended, Number, Scalar};
 use crate::forms::{bernoulli, dirac, row, truncated, weights};
 use crate::ids::ExpressionId;
-use crate::law::{Dirichlet, Law, Numbers, Parameters};
+use crate::law::{Arithmetic as _, Dirichlet, Law, Numbers, Parameters, Wide};
 use crate::model::{Expression, Form, VariableUse};
+use crate::operators::Binary;
 use crate::spelling::number as written;
 
 /// Upper limit on the elements of a family that a context names.
@@ -89,10 +90,10 @@ impl Evaluation<'_> {
     }
 
     /// A probability; rounding errors beyond [0, 1] are clamped.
-    pub(super) fn probability(&self, form: &Form, id: ExpressionId) -> Result<f64, Error> {
+    pub(super) fn probability(&self, form: &Form, id: ExpressionId) -> Result<Extended, Error> {
         let number = self.rounded(id);
         match bernoulli::holds(&mut Numbers, number, 0.0) != 0.0 {
-            true => Ok(number),
+            true => Ok(self.exactly(id, number)),
             false => Err(self.refused(form, must("the probability", number, "lie between 0 and 1"))),
         }
     }
@@ -100,6 +101,24 @@ impl Evaluation<'_> {
     /// A number that is a probability, rounding errors beyond [0, 1] clamped.
     fn rounded(&self, id: ExpressionId) -> f64 {
         self.scope.setting.model.rounded(id, self.scope.number(id))
+    }
+
+    /// The probability that an expression is, with a separate exponent where f64 rounds it to 0 or to fewer digits.
+    fn exactly(&self, id: ExpressionId, number: f64) -> Extended {
+        match number.is_normal() {
+            true => Extended::from_f64(number),
+            false => Wide.binary(Binary::Maximum, self.scope.number_by(id, Wide), Extended::ZERO),
+        }
+    }
+
+    /// The probabilities of one row, with separate exponents.
+    pub(super) fn probabilities(
+        &self,
+        form: &Form,
+        entries: &[ExpressionId],
+    ) -> Result<Vec<Extended>, Error> {
+        let numbers = self.row(form, entries)?;
+        Ok(entries.iter().zip(numbers).map(|(id, number)| self.exactly(*id, number)).collect())
     }
 
     /// The probabilities of one row.

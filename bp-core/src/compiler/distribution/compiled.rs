@@ -116,20 +116,21 @@ impl<'r, 'm> Recording<'r, 'm> {
                 let other = complement.map(|id| self.probability(id)).transpose()?;
                 let (holds, left) = (bernoulli::holds(&mut self.tape, p, 0.0), self.fixed_value()?);
                 let p = bernoulli::probability(&mut self.tape, left, p, other);
-                Ok([self.tape.ln(p), holds])
+                let entries: Vec<ExpressionId> = [*probability].into_iter().chain(*complement).collect();
+                Ok(self.ln_of(p, &entries, holds))
             }
             Form::Categorical(entries) => {
                 let value = self.fixed_value()?;
                 let value = self.tape.known(value).ok_or(NotCompiled)? as usize;
                 if self.is_link(entries) {
-                    let p = self.operand(entries[value])?;
-                    return Ok([self.tape.ln(p), self.tape.constant(1.0)]);
+                    let (p, holds) = (self.operand(entries[value])?, self.tape.constant(1.0));
+                    return Ok(self.ln_of(p, &entries[value..=value], holds));
                 }
-                let entries: Vec<Node> =
+                let all: Vec<Node> =
                     entries.iter().map(|id| self.probability(*id)).collect::<Result<_, _>>()?;
-                let holds = row::holds(&mut self.tape, &entries, |_| Some(0.0));
-                let p = *entries.get(value).ok_or(NotCompiled)?;
-                Ok([self.tape.ln(p), holds])
+                let holds = row::holds(&mut self.tape, &all, |_| Some(0.0));
+                let p = *all.get(value).ok_or(NotCompiled)?;
+                Ok(self.ln_of(p, &entries[value..=value], holds))
             }
             Form::If { condition, then, otherwise } => {
                 let condition = self.scalar(*condition)?;
@@ -144,6 +145,17 @@ impl<'r, 'm> Recording<'r, 'm> {
             Form::Mixture(parts) => self.mixture(parts),
             _ => Err(NotCompiled),
         }
+    }
+
+    /// ln of a probability of these expressions, and whether it is valid: one that f64 rounds to 0, or to fewer digits, is not.
+    fn ln_of(&mut self, p: Node, entries: &[ExpressionId], holds: Node) -> [Node; 2] {
+        let model = self.setting.model;
+        if !entries.iter().any(|id| model.is_computed(*id)) {
+            return [self.tape.ln(p), holds];
+        }
+        let least = self.tape.constant(f64::MIN_POSITIVE);
+        let is_normal = self.tape.binary(Binary::GreaterOrEqual, p, least);
+        [self.tape.ln(p), self.tape.binary(Binary::And, holds, is_normal)]
     }
 
     /// The fixed value of a finite left-hand side in each instance.

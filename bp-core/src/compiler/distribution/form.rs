@@ -151,15 +151,15 @@ impl Evaluation<'_> {
             Form::Bernoulli(probability, complement) => {
                 let probability = self.probability(form, *probability)?;
                 let complement = complement.map(|id| self.probability(form, id)).transpose()?;
-                let of = |truth| bernoulli::probability(&mut Numbers, truth, probability, complement);
-                Distribution::Finite(vec![of(0.0), of(1.0)])
+                let of = |truth| bernoulli::probability(&mut Wide, truth, probability, complement);
+                Distribution::finite(vec![of(Extended::ZERO), of(Extended::ONE)])
             }
-            Form::Categorical(entries) => Distribution::Finite(self.row(form, entries)?),
+            Form::Categorical(entries) => Distribution::finite(self.probabilities(form, entries)?),
             Form::Table(rows) => {
                 let row = self.row_of(&setting.model.factors[self.instance.factor].right);
                 let row =
                     rows.get(row).ok_or_else(|| self.unplanned("a table has too few rows".to_owned()))?;
-                Distribution::Finite(self.row(form, row)?)
+                Distribution::finite(self.probabilities(form, row)?)
             }
             Form::Constants(numbers) => {
                 let row = self.row_of(&setting.model.factors[self.instance.factor].right);

@@ -3,6 +3,7 @@
 //! In: programs whose probabilities and densities underflow. Out: answers, compared with logarithms computed by hand or
 //! by mpmath at 50 digits (each formula is next to its constant). Invariant: no expected value is output of this crate.
 
+mod forms;
 mod laws;
 mod printed;
 mod trees;
