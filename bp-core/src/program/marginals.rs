@@ -40,7 +40,17 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
         wanted.retain(|id| named.iter().any(|(named, _)| named == id));
     }
     let by = (program.sampling, program.options);
-    let mut all = answer::marginals(model, &wanted, &knowledge, &inputs, by)?;
+    let mut all = match answer::marginals(model, &wanted, &knowledge, &inputs, by) {
+        // The elements of a family may have exact answers one by one.
+        Err(error @ Error::Unplanned { .. }) => {
+            let names: Vec<String> = wanted.iter().map(|id| model.variable_name(*id)).collect();
+            return match expanded(program, &names, evidence)? {
+                Some((program, names, evidence)) => marginals(&program, &names, &evidence),
+                None => Err(error),
+            };
+        }
+        found => found?,
+    };
     if !named.is_empty() {
         all.parts.retain(|part| {
             let slot = |slot: &Slot| {

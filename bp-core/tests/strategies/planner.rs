@@ -169,3 +169,46 @@ fn strategies_agree_on_questions_asked_together() {
         assert!((found[0].information - (h(p) - h(0.5))).abs() < 1e-14 && found[1].information < 1e-15);
     }
 }
+
+#[test]
+fn a_tree_of_elements_where_loops_take_all_of_them_together() {
+    let program = Program::parse(
+        "program Ends {
+            variables { X[1..=40] : bool; Y : bool; }
+            decomposition { prod(i in 1..=40) { P(X[i]) } P(Y | X) }
+            forms { P(X[i]) = bernoulli(0.5); P(Y | X) = bernoulli(if X[1] and X[40] { 0.99 } else { 0 }); }
+        }",
+    )
+    .unwrap();
+    let found = program.ask("P(Y)").unwrap();
+    // ¼ · 0.99; loops would take 2⁴¹ products.
+    assert_eq!(found.strategy(), Strategy::JoinTree);
+    assert!((found.p(true).unwrap() - 0.2475).abs() < 1e-15);
+}
+
+#[test]
+fn marginals_that_are_exact_are_not_drawn_because_of_another() {
+    // Beta(2, 3) after 7 of 10 is beta(9, 6): mean 9/15. `cos` has no closed form.
+    let text = |extra: &str| {
+        format!(
+            "program Coin {{
+                variables {{ T : real; H[1..=4] : bool; N : 0..=10; Y : bool; }}
+                decomposition {{ P(T) prod(i in 1..=4) {{ P(H[i] | T) }} P(N | T) P(Y{extra}) }}
+                forms {{
+                    P(T) = beta(2, 3); P(H[i] | T) = bernoulli(T); P(N | T) = binomial(10, T);
+                    P(Y{extra}) = bernoulli({});
+                }}
+            }}",
+            if extra.is_empty() { "0.25" } else { "cos(T)" }
+        )
+    };
+    for (extra, is_exact) in [("", true), (" | T", false)] {
+        let program = Program::parse(&text(extra)).unwrap();
+        let found = program.marginals(&evidence! { N: 7 }).unwrap();
+        assert_eq!(found.estimate().is_none(), is_exact, "{extra}");
+        for element in 1..=4 {
+            let own = found.of(&format!("H[{element}]")).unwrap();
+            assert!((own.p(true).unwrap() - 0.6).abs() < 1e-14);
+        }
+    }
+}

@@ -119,13 +119,15 @@ pub fn marginals(
     };
     let options = Options { group: Group::Marginals, ..options };
     let mut answers = together(model, &question, &knowledge.elements, inputs, (sampling, options))?;
-    let first = answers.first();
+    // Some may be exact where others are estimated.
+    let (exact, drawn): (Vec<&Answer>, Vec<&Answer>) =
+        answers.iter().partition(|answer| answer.estimate.is_none());
     let mut all = Answer {
         question: String::new(),
-        ln_evidence: first.and_then(|answer| knowledge.ln_evidence(answer)),
-        estimate: first.and_then(|answer| answer.estimate.clone()),
+        ln_evidence: exact.iter().chain(&drawn).find_map(|answer| knowledge.ln_evidence(answer)),
+        estimate: drawn.first().and_then(|answer| answer.estimate.clone()),
         answer: Vec::new().into(),
-        strategy: first.map_or(Strategy::JoinTree, |answer| answer.strategy),
+        strategy: drawn.first().or(exact.first()).map_or(Strategy::JoinTree, |answer| answer.strategy),
         when: When::Now,
         parts: Vec::new(),
     };

@@ -129,14 +129,14 @@ fn planned(
             *part == first || *part > first && places[*part].is_none() && all[first].goes_with(&all[*part])
         };
         let group: Vec<usize> = (first..all.len()).filter(goes).collect();
-        let asks: Vec<Ask> = group.iter().map(|part| all[*part].ask.clone()).collect();
         let options = Options { ln_evidence: all[first].ln_evidence, ..options };
-        let (route, offered) = strategy::choose(model, &asks, options)?;
-        for (ask, part) in group.into_iter().enumerate() {
-            places[part] = Some(Place { route: routes.len(), ask });
+        for (group, (route, offered)) in chosen(model, &all, group, options)? {
+            for (ask, part) in group.into_iter().enumerate() {
+                places[part] = Some(Place { route: routes.len(), ask });
+            }
+            routes.push(route);
+            offers.push(offered);
         }
-        routes.push(route);
-        offers.push(offered);
     }
     let place = |part: usize| places[part].expect("internal: every part is planned");
     let places: Vec<Vec<Place>> =
@@ -157,6 +157,48 @@ fn planned(
         }
     }
     Ok(Plan { question: question.clone(), routes, offers, places })
+}
+
+/// Upper limit on the parts that are planned alone.
+const MOST_APART: usize = 200;
+
+/// The routes of parts that go together: one for all of them where it is exact; otherwise one for each part that has an exact answer
+/// alone, and one for the rest.
+fn chosen(
+    model: &Model,
+    all: &[Part],
+    group: Vec<usize>,
+    options: Options,
+) -> Result<Vec<(Vec<usize>, (Route, Vec<Offer>))>, Error> {
+    let choose = |group: &[usize]| {
+        let asks: Vec<Ask> = group.iter().map(|part| all[*part].ask.clone()).collect();
+        strategy::choose(model, &asks, options)
+    };
+    let is_exact = |(route, _): &(Route, Vec<Offer>)| route.strategy().is_exact();
+    let whole = choose(&group);
+    let may_be_apart = match &whole {
+        Ok(route) => !is_exact(route),
+        Err(error) => matches!(error, Error::Unplanned { .. }),
+    };
+    if !may_be_apart || options.by.is_some() || !(2..=MOST_APART).contains(&group.len()) {
+        return Ok(vec![(group, whole?)]);
+    }
+    let (mut routes, mut rest) = (Vec::new(), Vec::new());
+    for part in &group {
+        match choose(&[*part]).ok().filter(is_exact) {
+            Some(route) => routes.push((vec![*part], route)),
+            None => rest.push(*part),
+        }
+    }
+    match (routes.is_empty(), rest.is_empty()) {
+        (true, _) => return Ok(vec![(group, whole?)]),
+        (false, true) => {}
+        (false, false) => {
+            let route = choose(&rest)?;
+            routes.push((rest, route));
+        }
+    }
+    Ok(routes)
 }
 
 /// For each ask the indices of its parts, and the distinct parts; asks over time do not share parts.

@@ -13,6 +13,10 @@ use crate::numbers::count;
 use crate::strategies::{Turn, engine, gaussian, refused};
 use serde::Serialize;
 
+/// From this number of products on, in about a tenth of a second, building a join tree of the elements of families takes less time than
+/// loops may.
+const MANY_PRODUCTS: f64 = 1e7;
+
 /// The offer of a strategy for some asks.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Offer {
@@ -39,7 +43,15 @@ pub struct Offer {
 /// No strategy answers, or not the one that the user chose.
 pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(Route, Vec<Offer>), Error> {
     let over_time = asks[0].when.is_over_time();
-    let mut market = Market { model, asks, options, made: Vec::new(), refusals: Vec::new(), excess: None };
+    let mut market = Market {
+        model,
+        asks,
+        options,
+        made: Vec::new(),
+        refusals: Vec::new(),
+        by_element: false,
+        excess: None,
+    };
     let of_this_time = |one: &Strategy| if over_time { one.is_over_time() } else { one.is_of_one_instant() };
     let (exact, estimates): (Vec<Strategy>, Vec<Strategy>) =
         Strategy::ALL.into_iter().filter(of_this_time).partition(|one| one.is_exact());
@@ -50,6 +62,7 @@ pub(super) fn choose(model: &Model, asks: &[Ask], options: Options) -> Result<(R
             market.offer(strategy);
         }
     }
+    market.ask_for_elements();
     let cheapest = market.cheapest();
     let too_large = market.refusal(Strategy::Sums).is_some_and(is_of_size);
     market.excess = cheapest.and_then(|at| market.exceeds(at));
@@ -93,6 +106,8 @@ struct Market<'m> {
     options: Options,
     made: Vec<(Offer, Option<Route>)>,
     refusals: Vec<(Strategy, Error)>,
+    /// Whether loops over elements of families take too many products.
+    by_element: bool,
     /// The error that the cheapest exact offer exceeds the budget.
     excess: Option<Error>,
 }
@@ -108,6 +123,7 @@ impl Market<'_> {
         let turn = Turn {
             options,
             forced: options.by == Some(strategy),
+            by_element: self.by_element,
             by_tree: self.made.iter().any(outruns),
             not_exact: self.excess.as_ref().or(not_exact.map(|(_, error)| error)),
             over_budget: self.excess.is_some() || too_large,
@@ -129,6 +145,23 @@ impl Market<'_> {
         let offer = Offer { strategy, exact, products, refusal, taken: false, choice: None };
         let route = route.map_err(|error| self.refusals.push((strategy, error))).ok();
         self.made.push((offer, route));
+    }
+
+    /// Asks for a join tree of the elements of families, which loops take together, where loops take many products.
+    fn ask_for_elements(&mut self) {
+        let place = |strategy: Strategy| self.made.iter().position(|(offer, _)| offer.strategy == strategy);
+        let (Some(sums), Some(tree)) = (place(Strategy::Sums), place(Strategy::JoinTree)) else { return };
+        let is_long = |(offer, route): &(Offer, Option<Route>)| match route {
+            Some(_) => offer.products.is_some_and(|products| products > MANY_PRODUCTS),
+            None => self.refusal(Strategy::Sums).is_some_and(is_of_size),
+        };
+        if self.made[tree].1.is_some() || self.options.by.is_some() || !is_long(&self.made[sums]) {
+            return;
+        }
+        self.by_element = true;
+        self.refusals.retain(|(own, _)| *own != Strategy::JoinTree);
+        self.offer(Strategy::JoinTree);
+        self.made.swap_remove(tree);
     }
 
     fn refusal(&self, strategy: Strategy) -> Option<&Error> {

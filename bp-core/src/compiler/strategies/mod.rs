@@ -47,6 +47,8 @@ pub(crate) struct Turn<'t> {
     pub(crate) options: Options,
     /// Whether the user chose this strategy.
     pub(crate) forced: bool,
+    /// Whether loops over elements of families take so many products that a join tree of the elements is asked for.
+    pub(crate) by_element: bool,
     /// Whether the join tree is allowed to make an offer.
     pub(crate) by_tree: bool,
     /// The error of the exact strategies, where none answers.

@@ -3,7 +3,7 @@
 //! In: a network, evidence, names of variables. Out: their joint posterior, its entropy, and their mutual information.
 //! Invariant: a row for each combination of values, the last variable fastest.
 
-use super::{Asked, certainty};
+use super::{Asked, certainty, number};
 use crate::answered::write_json;
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
@@ -121,7 +121,7 @@ fn reals(arguments: &Arguments, found: &Posterior, part: &Part, out: &mut impl W
             "variables": names,
             "mean": mean,
             "covariance": rows,
-            "entropy_bits": if bits.is_finite() { json!(bits) } else { json!("-infinite") },
+            "entropy_bits": number(bits),
         });
         certainty(&mut answer, found.answer());
         return write_json(&answer, out);

@@ -46,24 +46,31 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
 }
 
-/// The posteriors by variable and value; for a real its moments.
+/// The posteriors by variable and value, with the standard errors of those that are estimated; for a real its moments.
 fn object(answer: &Answer) -> Value {
-    let mut posteriors: Map<String, Value> = Map::new();
+    let (mut posteriors, mut errors): (Map<String, Value>, Map<String, Value>) = (Map::new(), Map::new());
+    let put = |all: &mut Map<String, Value>, name: &str, value: &str, number: f64| {
+        if let Some(values) = all.entry(name).or_insert_with(|| json!({})).as_object_mut() {
+            values.insert(value.to_owned(), json!(number));
+        }
+    };
     for row in &answer.answer {
         let Some((name, value)) = row.values.last() else { continue };
-        let entry = posteriors.entry(name.clone());
         match row.figure {
-            Figure::Probability { p } | Figure::Estimated { p, .. } => {
-                if let Some(values) = entry.or_insert_with(|| json!({})).as_object_mut() {
-                    values.insert(value.clone(), json!(p));
-                }
+            Figure::Probability { p } => put(&mut posteriors, name, value, p),
+            Figure::Estimated { p, error } => {
+                put(&mut posteriors, name, value, p);
+                put(&mut errors, name, value, error);
             }
             figure => {
-                entry.or_insert_with(|| json!(figure));
+                posteriors.entry(name.clone()).or_insert_with(|| json!(figure));
             }
         }
     }
     let mut all = json!({ "posteriors": posteriors });
+    if !errors.is_empty() {
+        all["errors"] = json!(errors);
+    }
     certainty(&mut all, answer);
     all
 }

@@ -201,6 +201,15 @@ pub(crate) fn free(evidence: &program_door::Evidence, names: &[String]) -> Resul
     Ok(())
 }
 
+/// A number in JSON, which has none that is infinite.
+fn number(number: f64) -> Value {
+    match (number.is_finite(), number > 0.0) {
+        (true, _) => json!(number),
+        (false, true) => json!("infinite"),
+        (false, false) => json!("-infinite"),
+    }
+}
+
 /// Adds ln P(evidence) to a JSON object, where it is known, and the number of draws of an estimate.
 fn certainty(object: &mut Value, answer: &Answer) {
     if let Some(ln_evidence) = answer.ln_evidence {

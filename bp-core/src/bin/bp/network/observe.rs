@@ -3,7 +3,7 @@
 //! In: a network, evidence, and target variables. Out: the other variables, the most informative first. Invariant:
 //! information is in bits, and at most the entropy of either side.
 
-use super::Asked;
+use super::{Asked, number};
 use crate::failure::Failure;
 use crate::numbers::{bar, six_digits};
 use crate::planning::Inference;
@@ -54,12 +54,12 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         let one = |one: &Observation| {
             json!({
                 "variable": one.variable,
-                "information_bits": one.information,
-                "entropy_bits": one.entropy,
+                "information_bits": number(one.information),
+                "entropy_bits": number(one.entropy),
             })
         };
         let list: Vec<Value> = found.iter().map(one).collect();
-        let answer = json!({ "about": arguments.about, "entropy_bits": now, "observations": list });
+        let answer = json!({ "about": arguments.about, "entropy_bits": number(now), "observations": list });
         serde_json::to_writer(&mut *out, &answer).map_err(std::io::Error::from)?;
         return Ok(writeln!(out)?);
     }

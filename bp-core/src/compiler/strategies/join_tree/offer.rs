@@ -4,13 +4,15 @@
 //! products to compute, without an order of the sums, which the tree finds. Invariant: barren factors are already
 //! removed, by the rule that keeps improper ones; the remaining sum equals the one that loops would compute.
 
+use crate::distribution::Setting;
 use crate::elimination::{Effort, triangulate};
 use crate::equation::{
     Draft, Exact, Group, Line, MOST_PRODUCTS, Notation, Options, Strategy, Term, remove_barren,
 };
 use crate::error::Error;
+use crate::exec::Inputs;
 use crate::ids::{FactorId, VariableId};
-use crate::model::{Ask, Finding, IndexSpace, Model, Question, Searched, Statistic};
+use crate::model::{Ask, Factor, Finding, IndexSpace, Model, Question, Searched, Statistic};
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
 use std::collections::HashMap;
@@ -109,32 +111,55 @@ fn offer(model: &Model, asks: &[Ask], options: Options, asked_for: bool) -> Resu
 }
 
 impl JoinTree {
-    /// The products of all propagations, one for each value of the variables that are conditioned on, and of building the
-    /// tree; `None` for families, whose elements are not counted.
-    fn products(&self, model: &Model) -> Option<f64> {
-        let Exact { bindings, each, searched, .. } = &self.exact;
-        let count = |id: VariableId| model.variables[id].domain.count().unwrap_or(16) as f64;
-        let mut numbers: HashMap<VariableId, u32> = HashMap::new();
+    /// The variables of each factor, and the number of values of each; none where they are elements of families whose number is not
+    /// known, or where a factor reads a parameter without a number.
+    fn scopes(&self, model: &Model) -> Option<(Vec<f64>, Vec<Vec<u32>>)> {
+        let is_bound = |id: VariableId| self.exact.bindings.contains_key(&id);
+        let factors = || self.factors.iter().map(|id| &model.factors[*id]);
+        let uses =
+            |factor: &Factor| factor.left.iter().chain(&factor.right).map(|use_| use_.variable).collect();
+        let each: Vec<Vec<VariableId>> = factors().map(uses).collect();
+        let mut numbers: HashMap<(VariableId, usize), u32> = HashMap::new();
         let mut counts = Vec::new();
-        let mut scopes = Vec::with_capacity(self.factors.len());
-        for factor in &self.factors {
-            let factor = &model.factors[*factor];
-            let mut scope = Vec::new();
-            for id in factor.left.iter().chain(&factor.right).map(|use_| use_.variable) {
-                if model.variables[id].family.is_some() {
-                    return None;
-                }
-                if !bindings.contains_key(&id) {
-                    scope.push(*numbers.entry(id).or_insert_with(|| {
-                        counts.push(count(id));
-                        counts.len() as u32 - 1
-                    }));
+        let mut number = |id: VariableId, slot: usize, count: usize| {
+            *numbers.entry((id, slot)).or_insert_with(|| {
+                counts.push(count as f64);
+                counts.len() as u32 - 1
+            })
+        };
+        let mut scopes: Vec<Vec<u32>> = Vec::new();
+        if each.iter().flatten().any(|id| model.variables[*id].family.is_some()) {
+            let inputs = Inputs::new();
+            let setting = Setting::new(model, &inputs).ok()?;
+            for factor in &self.factors {
+                for instance in setting.instances(*factor).ok()? {
+                    let slots = setting.reads(&instance).into_iter().chain(instance.left.iter().copied());
+                    let of = |slot| (setting.variable_of(slot), slot);
+                    let slots = slots.map(of).filter(|(id, _)| !is_bound(*id));
+                    scopes.push(slots.map(|(id, slot)| number(id, slot, setting.count(id))).collect());
                 }
             }
+        } else {
+            let count = |id: VariableId| model.variables[id].domain.count().unwrap_or(16);
+            for scope in each {
+                let ids = scope.into_iter().filter(|id| !is_bound(*id));
+                scopes.push(ids.map(|id| number(id, 0, count(id))).collect());
+            }
+        }
+        for scope in &mut scopes {
             scope.sort_unstable();
             scope.dedup();
-            scopes.push(scope);
         }
+        Some((counts, scopes))
+    }
+
+    /// The products of all propagations, one for each value of the variables that are conditioned on, and of building the
+    /// tree; `None` for families whose elements cannot be counted.
+    fn products(&self, model: &Model) -> Option<f64> {
+        let Exact { each, searched, .. } = &self.exact;
+        let count = |id: VariableId| model.variables[id].domain.count().unwrap_or(16) as f64;
+        let (counts, scopes) = self.scopes(model)?;
+        let factors = scopes.len();
         let cells = triangulate(counts, &scopes, Effort::Glance).cells;
         let values = |ids: &[VariableId]| ids.iter().map(|id| count(*id)).product::<f64>();
         let propagations = match self.group {
@@ -153,7 +178,7 @@ impl JoinTree {
                 values(each) * values(searched) / searched.last().map_or(1.0, |last| count(*last))
             }
         };
-        Some(propagations * cells + MAKING * self.factors.len() as f64)
+        Some(propagations * cells + MAKING * factors as f64)
     }
 }
 
@@ -162,7 +187,8 @@ pub(crate) struct Engine;
 
 impl strategies::Engine for Engine {
     fn offer(&self, model: &Model, asks: &[Ask], turn: &Turn<'_>) -> Result<Route, Error> {
-        let tree = offer(model, asks, turn.options, turn.forced).map_err(|why| refused(model, asks, &why))?;
+        let asked_for = turn.forced || turn.by_element;
+        let tree = offer(model, asks, turn.options, asked_for).map_err(|why| refused(model, asks, &why))?;
         let products = tree.products(model).unwrap_or(0.0);
         // The limit of sums; groups are limited by memory alone.
         if products > MOST_PRODUCTS && tree.group == Group::Tables && !turn.forced {
