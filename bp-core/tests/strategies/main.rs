@@ -27,6 +27,7 @@ mod histories;
 mod join_trees;
 mod kalman;
 mod kalman_families;
+mod likelihoods;
 mod many_parents;
 mod missing;
 mod mixtures;

@@ -183,6 +183,25 @@ pub struct Known {
 }
 
 impl Known {
+    /// Multiplies the likelihoods of two findings of one variable; false where they are others, or a product is rounded to 0.
+    pub(crate) fn multiply(&mut self, other: &Self) -> bool {
+        let (Finding::Virtual(own), Finding::Virtual(more)) = (&mut self.evidence, &other.evidence) else {
+            return false;
+        };
+        if self.variable != other.variable || own.len() != more.len() {
+            return false;
+        }
+        let product: Vec<f64> = own.iter().zip(more).map(|(one, other)| one * other).collect();
+        let is_kept = |((product, one), other): ((&f64, &f64), &f64)| {
+            product.is_normal() || *one == 0.0 || *other == 0.0
+        };
+        let all_kept = product.iter().zip(own.iter()).zip(more).all(is_kept);
+        if all_kept {
+            *own = product;
+        }
+        all_kept
+    }
+
     /// Whether all of the variable is known by one value: of a vector, each component.
     pub(crate) fn is_whole(&self) -> bool {
         match &self.evidence {

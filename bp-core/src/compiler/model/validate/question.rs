@@ -45,7 +45,9 @@ fn known_faults(model: &Model, place: Place, searched: &HashSet<VariableId>, kno
     let mut once = HashSet::new();
     for known in known {
         let name = model.variable_name(known.variable);
-        if searched.contains(&known.variable) {
+        // A likelihood multiplies the joint distribution: the variable is not known by it.
+        let is_known = !matches!(known.evidence, Finding::Virtual(_));
+        if is_known && searched.contains(&known.variable) {
             let message = format!("this question asks what it knows: `{name}` is on both sides");
             faults.push(fault(place, message));
         }

@@ -98,10 +98,13 @@ impl Reader<'_> {
         let model = self.model;
         let known = |distribution: &ast::Distribution, wrong: &mut Diagnostics| {
             let mut number = false;
-            let mut known = Vec::new();
+            let mut known: Vec<Known> = Vec::new();
             for item in &distribution.known {
                 let before = wrong.0.len();
-                known.extend(self.known(item, wrong));
+                match self.known(item, wrong) {
+                    Some(one) if !known.iter_mut().any(|other| other.multiply(&one)) => known.push(one),
+                    _ => {}
+                }
                 // `M = 3 cm`: what follows a number may be meant as its unit.
                 if let (Subject::Variable(occurrence), None, true, Some(last)) =
                     (&item.subject, &item.evidence, number && wrong.0.len() > before, wrong.0.last_mut())
