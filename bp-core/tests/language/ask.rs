@@ -79,7 +79,10 @@ fn a_table_names_its_sides_in_json() {
     );
     let soft = json_of(&[&file, "P(Rain | Wet soft [0, 1])", "--table"]);
     assert!((soft["table"][1].as_f64().unwrap() - 10.0 / 31.0).abs() < 1e-12);
-    assert!(ill(&[&file, "entropy P(Rain)", "--table"]).contains("there is no table of it"));
+    for statistic in ["entropy", "expectation", "argmax"] {
+        let question = format!("{statistic} P(Rain)");
+        assert!(ill(&[&file, &question, "--table"]).contains("there is no table of it"), "{question}");
+    }
 }
 
 #[test]

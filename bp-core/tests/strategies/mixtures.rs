@@ -10,6 +10,7 @@ use bp_core::compiler::error::Error;
 use bp_core::compiler::exec::Inputs;
 use bp_core::compiler::model::Model;
 use bp_core::compiler::plan::Strategy;
+use bp_core::prelude::Program;
 
 fn answer_with(model: &Model, text: &str, inputs: &Inputs<'_, f64>) -> Result<Answer, Error> {
     Ok(ask(model, &question(model, text), inputs)?.remove(0))
@@ -213,4 +214,37 @@ fn deviations_without_a_square_are_refused() {
         // Φ⁻¹(0.95), mpmath.
         near(quantiles[2] / s, 1.644_853_626_951_472_7, 1e-13);
     }
+}
+
+#[test]
+fn densities_of_known_vectors_are_numbers() {
+    // P(N | S) is S itself, and S does not depend on K.
+    let shares = "program Shares {
+        variables { S : real[3]; N : { Red, Green, Blue }; K : bool; }
+        decomposition { P(K) P(S | K) P(N | S) }
+        forms { P(K) = bernoulli(0.3); P(S | K) = dirichlet(0.5, 2, 3); P(N | S) = categorical(S); }
+    }";
+    let program = Program::parse(shares).unwrap();
+    let found = program.ask("P(N | S = [0.2, 0.3, 0.5])").unwrap();
+    assert!(found.estimate().is_none());
+    for (value, expected) in [("Red", 0.2), ("Green", 0.3), ("Blue", 0.5)] {
+        assert!((found.p(value).unwrap() - expected).abs() < 1e-14);
+    }
+    assert!((program.ask("P(K | S = [0.2, 0.3, 0.5])").unwrap().p(true).unwrap() - 0.3).abs() < 1e-14);
+    for impossible in ["P(N | S = [0.2, 0.3, 0.4])", "P(K | S = [0.4, -0.1, 0.7])"] {
+        let error = program.ask(impossible).unwrap_err().to_string();
+        assert!(error.contains("probability zero"), "{error}");
+    }
+    // Sorted draws have the density 3! Π N(mᵢ; μ, 2): ln odds of K are ln (0.3 / 0.7) + Σ (mᵢ² − (mᵢ − 1)²) / 8 = ln (3 / 7) − 1/8.
+    let sorted = "program Sorted {
+        variables { M : real[3]; K : bool; }
+        decomposition { P(K) P(M | K) }
+        forms { P(K) = bernoulli(0.3); P(M | K) = ordered(normal(if K { 1 } else { 0 }, 2)); }
+    }";
+    let program = Program::parse(sorted).unwrap();
+    let found = program.ask("P(K | M = [-1, 0, 2])").unwrap();
+    let odds = (3.0f64 / 7.0).ln() - 1.0 / 8.0;
+    assert!(found.estimate().is_none());
+    assert!((found.p(true).unwrap() - 1.0 / (1.0 + (-odds).exp())).abs() < 1e-13);
+    assert!(program.ask("P(K | M = [0, -1, 2])").unwrap_err().to_string().contains("probability zero"));
 }

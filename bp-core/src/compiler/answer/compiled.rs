@@ -279,9 +279,9 @@ impl CompiledQuestion<'_> {
         };
         let found = self.run(&case)?;
         let table = |(ask, places): (&Ask, &Vec<Place>)| {
-            if let Statistic::Entropy | Statistic::Divergence { .. } = ask.statistic {
+            if ask.statistic != Statistic::Distribution {
                 let word = ask.statistic.word();
-                return Err(self.no_table(ask, &format!("`{word}` makes one number of a distribution")));
+                return Err(self.no_table(ask, &format!("`{word}` is computed of a distribution")));
             }
             let (table, _) = self.table(ask, &ask.known, self.found(places[0], &found), inputs)?;
             Ok(Table { question: self.model.ask_text(ask), ..table.into_owned() })

@@ -13,6 +13,7 @@ use crate::strategies::gaussian::of_normal;
 use crate::strategies::sums::is_mixed_at_value;
 use crate::strategies::weighting::refused_factor;
 use crate::strategies::{self, Offered, Prepared, Purpose, Route, Turn, refused};
+use std::collections::BTreeSet;
 
 /// The most components of a mixture.
 pub(super) const MOST_COMPONENTS: f64 = 131_072.0;
@@ -81,8 +82,17 @@ fn offer(model: &Model, asks: &[Ask], forced: bool) -> Result<Mixture, String> {
         variables.sort_unstable();
         variables.dedup();
     }
-    let known: Vec<VariableId> =
+    let mut known: Vec<VariableId> =
         asks[0].known.iter().filter(|known| is_hard(known)).map(|known| known.variable).collect();
+    // A vector of which a question names each component.
+    let named: BTreeSet<(VariableId, usize)> = (known.iter().filter_map(|id| model.named_component(*id)))
+        .filter(|(use_, _)| use_.element.is_none())
+        .map(|(use_, at)| (use_.variable, at))
+        .collect();
+    known.extend(linear.iter().copied().filter(|id| {
+        let components = model.components(*id);
+        components > 1 && (0..components).all(|component| named.contains(&(*id, component)))
+    }));
     let known = |id: &VariableId| known.contains(id);
     let numbers: Vec<VariableId> = linear.iter().copied().filter(known).collect();
     if linear.is_empty() || finite.is_empty() && numbers.is_empty() {
@@ -186,9 +196,9 @@ fn weighed(
                 return Err(format!("`{head}` is a finite variable that depends on the real `{real}`"));
             }
         } else if factor.left.len() > 1 || !is_linear_in(model, &factor.form, &scope) {
-            // Its density at the known value is a number.
+            // Its density at the known value is a number; that of a vector is a product over its components, given the earlier ones.
             let is_number = numbers.contains(&left) && factor.left.len() == 1 && real.is_none();
-            if !is_number || factor.form.couples() || factor.form.has_point() || factor.form.is_improper() {
+            if !is_number || factor.form.has_point() || factor.form.is_improper() {
                 return Err(format!("`{head}` is not normal with a mean that is linear in reals"));
             }
             weighed.push(*id);
