@@ -106,3 +106,27 @@ fn a_column_that_names_no_variable_is_named_with_its_file() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("`cases.csv`: column `a` names no variable; did you mean `A`?"), "{message}");
 }
+
+#[test]
+fn cases_without_observations_and_values_that_are_given_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("m.uai", "BAYES\n2\n2 2\n2\n1 0\n2 0 1\n\n2\n 0.4 0.6\n\n4\n 0.2 0.8\n 0.7 0.3\n");
+    // The two ways in which evidence files have a case without observations.
+    for evidence in ["0\n", "1 0\n"] {
+        write("m.evid", evidence);
+        let output = bp(folder.path(), &["batch", "m.uai", "--cases", "m.evid"], Stdio::null());
+        // P(1 = 0) = 0.4 · 0.2 + 0.6 · 0.7.
+        assert_eq!(text(&output.stdout), "ln_p_evidence,0=0,0=1,1=0,1=1,error\n0,0.4,0.6,0.5,0.5,\n");
+    }
+    write(
+        "two.bp",
+        "program Two { variables { A, B : bool; } decomposition { P(A) P(B | A) }
+        forms { P(A) = uniform; P(B | A) = bernoulli(if A { 0.8 } else { 0.3 }); } }",
+    );
+    write("two.csv", "B\ntrue\n\n");
+    let asked = ["ask", "two.bp", "P(A | B)", "--data", "two.csv", "--set", "B=true"];
+    let output = bp(folder.path(), &asked, Stdio::null());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("`--set` gives `B` a value, and so does the column `B`"));
+}

@@ -95,7 +95,14 @@ fn columns<'m>(
             }
             false => vec![name.clone()],
         };
-        if names.iter().any(|name| table.column(name).is_some()) || !settings.has(&name) {
+        let column = names.iter().find(|name| table.column(name).is_some());
+        if let (Some(column), true) = (column, settings.has(&name)) {
+            let message = format!(
+                "`--set` gives `{name}` a value, and so does the column `{column}`: remove one of the two"
+            );
+            return Err(Error::input(column, message));
+        }
+        if column.is_some() || !settings.has(&name) {
             let places = names.iter().map(|name| table.needed(name)).collect::<Result<_, _>>()?;
             columns.insert(id, (places, Values::new(model, id, &|size| given.find_size(size))));
         }

@@ -116,6 +116,11 @@ fn uai(network: &Network, path: &Path) -> Result<Records, Failure> {
     let mut columns: Vec<&String> = cases.iter().flat_map(HashMap::keys).collect();
     columns.sort_unstable();
     columns.dedup();
+    // Without any observation a column without values stands for the cases.
+    let first = network.model.variables.values().next().map(|variable| &variable.name);
+    if columns.is_empty() {
+        columns.extend(first);
+    }
     let mut page = csv::Writer::from_writer(Vec::new());
     let failure = |error: csv::Error| Failure::Output(std::io::Error::other(error));
     page.write_record(&columns).map_err(failure)?;

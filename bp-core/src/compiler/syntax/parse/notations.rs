@@ -35,6 +35,10 @@ pub(super) fn help((before, rest): (&str, &str), found: &str, expected: &str) ->
     let line = rest.lines().next().unwrap_or_default();
     match found {
         "#" => Some("a comment begins with `//`".to_owned()),
+        "." => {
+            let digits: String = rest[1..].chars().take_while(char::is_ascii_digit).collect();
+            (!digits.is_empty()).then(|| format!("write `0.{digits}`"))
+        }
         "then" => Some("a choice is `if … { … } else { … }`".to_owned()),
         "[" if expected == "a domain" => {
             Some("a domain is `0..=10`, `bins(0, 10, 20)`, `real`, `bool` or `{ Low, High }`".to_owned())
@@ -122,6 +126,7 @@ mod tests {
                 "an operator",
                 "arguments have no names",
             ),
+            (("forms { P(A) = bernoulli(", ".25); }"), ".", "an expression", "write `0.25`"),
             (("parameters { sigma ", "= 3; }"), "=", "`:` or `,`", "`sigma : real = …;`"),
             (("variables { X : ", "[0, 10]; }"), "[", "a domain", "bins(0, 10, 20)"),
             (("", "# a comment"), "#", "`program`", "`//`"),
