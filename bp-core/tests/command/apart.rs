@@ -92,6 +92,17 @@ fn without_by_all_words_are_pooled_and_the_report_says_so() {
     close(folder.probabilities(&["ask", "l.bp", "P(W[2] | Spam = false)"])[1], 4.0 / 11.0);
 }
 
+/// 1, 2, 3 and 4: mean 2.5, variance 5 / 4.
+#[test]
+fn components_of_a_vector_are_pooled_and_the_report_says_so() {
+    let text = "program Pair { variables { X : real[2]; } decomposition { P(X) } forms { P(X) = unknown(normal); } }";
+    let folder = Folder::with(&[("p.bp", text), ("d.csv", "X[0],X[1]\n1,3\n2,4\n")]);
+    let report = folder.well(&["learn", "p.bp", "--data", "d.csv"]);
+    let words: Vec<&str> = report.split_whitespace().collect();
+    assert!(words.join(" ").contains("one form for all 2 components: their values are pooled"), "{report}");
+    assert!(report.contains("normal(2.5, 1.118033988749895)"), "{report}");
+}
+
 /// A set in place of a range, values that are no truth values, and a distribution of reals: sample means and deviations.
 #[test]
 fn sets_labels_and_reals_have_a_form_for_each_element() {

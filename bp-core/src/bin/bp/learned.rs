@@ -95,6 +95,12 @@ pub(crate) fn show(report: &Report, to: Option<&Path>, out: &mut dyn Write) -> R
                 by.join(" ")
             ));
         }
+        if form.components > 1 {
+            remarks.push(format!(
+                "one form for all {} components: their values are pooled; declare a variable for each to learn one for each",
+                form.components
+            ));
+        }
         if form.empty > 0 {
             remarks.push(format!("no cases for {}: {}", counted(form.empty, "context"), empty(form)));
         }

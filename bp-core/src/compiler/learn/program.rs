@@ -238,6 +238,14 @@ impl Program {
         self.model.nodes_below(id).into_iter().any(is_learned)
     }
 
+    /// How many components of a vector share the distributions of an `unknown` form.
+    pub(super) fn components(&self, factor: FactorId) -> usize {
+        match self.unknowns.list.iter().any(|unknown| unknown.factor == factor) {
+            true => self.model.components(self.model.factors[factor].left[0].variable),
+            false => 1,
+        }
+    }
+
     /// The indices, with more than one value, whose values share the distributions of an `unknown` form.
     pub(super) fn shared(&self, factor: FactorId) -> Vec<(String, usize)> {
         let Factor { form, products, .. } = &self.model.factors[factor];

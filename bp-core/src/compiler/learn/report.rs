@@ -78,8 +78,15 @@ pub struct FormReport {
     /// The indices whose values share the distributions, each with the number of its values.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shared: Vec<(String, usize)>,
+    /// The components of a vector whose values share the distributions; 1 of a number.
+    #[serde(skip_serializing_if = "is_one")]
+    pub components: usize,
     /// ln P of the observed, or expected, values of this form.
     pub ln_likelihood: f64,
+}
+
+fn is_one(count: &usize) -> bool {
+    *count == 1
 }
 
 /// The outcome of learning, in numbers.
@@ -102,6 +109,7 @@ pub(super) fn report(learner: &Learner, learnable: &Learnable, figures: Figures<
             floored: 0,
             limited: 0,
             shared: program.shared(*factor),
+            components: program.components(*factor),
             ln_likelihood: 0.0,
         })
         .collect();
