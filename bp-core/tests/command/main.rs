@@ -27,5 +27,6 @@ mod plots;
 mod rows;
 #[cfg(feature = "serve")]
 mod serve;
+mod several;
 mod start;
 mod streams;

@@ -13,6 +13,7 @@ mod choices;
 mod collapsed;
 mod compared;
 mod conjugate;
+mod contexts;
 mod covariance;
 mod determined;
 mod digits;

@@ -102,6 +102,22 @@ fn a_hidden_class_mixes_named_distributions() {
     near(theta.p(0.5).unwrap(), fair_share + (1.0 - fair_share) * 110.0 / 1024.0);
 }
 
+/// What a likelihood says of a rate is no conjugate prior: it is not left out. E A and P(A > 1) of gamma(2, 1), by hand:
+/// P(A > 1) = 2/e, E[A; A > 1] = 5/e.
+#[test]
+fn a_likelihood_of_a_predicate_is_not_forgotten() {
+    let text = "program Rate {
+        variables { K : bool; A : real; N : 0..=9; }
+        decomposition { P(K) P(A) P(N | K) }
+        forms { P(K) = bernoulli(0.5); P(A) = gamma(2, 1); P(N | K) = binomial(9, if K { 0.2 } else { 0.5 }); }
+    }";
+    let asked = program(text).draws(20_000).ask("P(A | (A > 1) virtual [1, 3], N = 3)").unwrap();
+    let above = 2.0 / std::f64::consts::E;
+    let expected = (2.0 + 2.0 * 5.0 / std::f64::consts::E) / (1.0 + 2.0 * above);
+    let [mean, error] = asked.mean_and_error().unwrap();
+    assert!(error < 0.02 && (mean - expected).abs() < 4.0 * error, "{mean} ± {error}, expected {expected}");
+}
+
 /// A known precision is a number: the posterior precision of X is 1 + 4.
 #[test]
 fn a_known_precision_is_exact() {

@@ -30,6 +30,52 @@ pub(crate) fn write_json(value: &impl Serialize, out: &mut impl Write) -> Result
     Ok(writeln!(out)?)
 }
 
+/// Questions without an answer beside others that have one.
+#[derive(Default)]
+pub(crate) struct Refused(Vec<(String, Error)>);
+
+impl Refused {
+    /// A question and its error; an error that another question has too is added once.
+    pub(crate) fn add(&mut self, question: String, error: Error) {
+        if self.0.iter().all(|(_, known)| known.to_string() != error.to_string()) {
+            self.0.push((question, error));
+        }
+    }
+
+    /// The result of a command that has written the other answers: these errors, then its own failure.
+    pub(crate) fn after(self, written: Result<(), Failure>) -> Result<(), Failure> {
+        let own = self.0.into_iter().map(|(_, error)| Failure::from(error));
+        let mut failures: Vec<Failure> = own.chain(written.err()).collect();
+        let Some(last) = failures.pop() else { return Ok(()) };
+        for failure in failures {
+            let _ = failure.report();
+        }
+        Err(last)
+    }
+}
+
+/// Writes answers, and questions with their errors.
+pub(crate) fn write_answers_json(
+    answers: &[Answer],
+    refused: &Refused,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    #[derive(Serialize)]
+    #[serde(untagged)]
+    enum Entry<'t> {
+        Answer(&'t Answer),
+        Refused { question: &'t str, error: String },
+    }
+    // A question alone without an answer writes nothing.
+    if answers.is_empty() && !refused.0.is_empty() {
+        return Ok(());
+    }
+    let refused =
+        refused.0.iter().map(|(question, error)| Entry::Refused { question, error: error.to_string() });
+    let all: Vec<Entry<'_>> = answers.iter().map(Entry::Answer).chain(refused).collect();
+    write_json(&one_or_several(&all), out)
+}
+
 pub(crate) fn write_answers(answers: &[Answer], all: bool, out: &mut impl Write) -> Result<(), Failure> {
     for (position, answer) in answers.iter().enumerate() {
         if position > 0 {

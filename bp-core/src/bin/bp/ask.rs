@@ -1,9 +1,11 @@
 //! `bp ask`: the answer to a question.
 //!
 //! In: a program, a question, settings. Out: a table with bars, or JSON. Invariant: all answers are known before the
-//! first is written.
+//! first is written; of several questions each is answered or refused by itself.
 
-use crate::answered::{one_or_several, write_answers, write_cases, write_json, write_sequences};
+use crate::answered::{
+    Refused, one_or_several, write_answers, write_answers_json, write_cases, write_json, write_sequences,
+};
 use crate::data::{self, Separator};
 use crate::failure::Failure;
 use crate::planning::Inference;
@@ -12,6 +14,7 @@ use crate::{cases, over_time, plot, program};
 use bp_core::compiler::answer::{
     Answer, CompiledQuestion, OtherColumns, Table, compile_by, compile_sized, filled, open,
 };
+use bp_core::compiler::data::PlateData;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::ids::VariableId;
 use bp_core::compiler::model::{Model, Question};
@@ -119,8 +122,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     rows.name_elements(&mut network.model);
     let asked = program::questions_of_rows(&mut network, arguments.question.as_deref(), &rows)?;
     let model = network.model;
-    let questions: Vec<Question> =
-        asked.iter().map(|asked| set(&model, asked, &arguments.settings)).collect();
+    let asked = asked.iter().map(|asked| set(&model, asked, &arguments.settings));
     let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
     // The columns of data give values to what the question leaves open.
     let by_columns = |question: &Question, is_given: &dyn Fn(&VariableId) -> bool| match arguments
@@ -136,38 +138,63 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     // A family whose length is not known has no table; its columns determine the length.
     let is_family = |id: &VariableId| model.variables[*id].family.is_some();
     let options = Options { each: arguments.each, ..arguments.inference.options() };
-    let compiled: Vec<CompiledQuestion<'_>> = questions
-        .iter()
-        .map(|question| match rows.is_empty() {
-            true => {
-                let by_families = by_columns(question, &is_family);
-                compile_by(&model, &by_families, options)
-                    .or_else(|_| compile_sized(&model, &by_families, options))
-                    .or_else(|error| {
-                        // Without values there may be no table.
-                        let given = by_columns(question, &|_| true);
-                        compile_sized(&model, &given, options).map_err(|_| error)
-                    })
+    let compile = |question: &Question| match rows.is_empty() {
+        true => {
+            let by_families = by_columns(question, &is_family);
+            compile_by(&model, &by_families, options)
+                .or_else(|_| compile_sized(&model, &by_families, options))
+                .or_else(|error| {
+                    // Without values there may be no table.
+                    let given = by_columns(question, &|_| true);
+                    compile_sized(&model, &given, options).map_err(|_| error)
+                })
+        }
+        false => compile_sized(&model, question, options),
+    };
+    let mut refused = Refused::default();
+    let (mut questions, mut compiled) = (Vec::new(), Vec::new());
+    for question in asked {
+        match compile(&question) {
+            Ok(own) => {
+                compiled.push(own);
+                questions.push(question);
             }
-            false => compile_sized(&model, question, options),
-        })
-        .collect::<Result<_, _>>()?;
-    progress::advise(advice(&model, &compiled, &questions, options));
-    let names = names_of(&model, &compiled)?;
+            Err(error) => refused.add(model.ask_text(&question.asks[0]), error),
+        }
+    }
+    if compiled.is_empty() {
+        return refused.after(Ok(()));
+    }
+    let answered = answer(arguments, &model, (&questions, &compiled), (&rows, options), &mut refused, out);
+    refused.after(answered)
+}
+
+/// Answers compiled questions; those without an answer are added to the refused ones.
+fn answer(
+    arguments: &Arguments,
+    model: &Model,
+    (questions, compiled): (&[Question], &[CompiledQuestion<'_>]),
+    (rows, options): (&PlateData, Options),
+    refused: &mut Refused,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let over_time = |question: &Question| question.asks.iter().any(|ask| ask.when.is_over_time());
+    progress::advise(advice(model, compiled, questions, options));
+    let names = names_of(model, compiled)?;
     let settings =
-        Settings::read(&model, &arguments.settings, &names)?.with_rows(&rows).with_inferred_sizes(&model);
+        Settings::read(model, &arguments.settings, &names)?.with_rows(rows).with_inferred_sizes(model);
     let sampling = arguments.inference.sampling();
     if let (Some(path), true) = (&arguments.data, questions.iter().any(over_time)) {
         let table = data::open(path, &arguments.separator)?;
         let others = OtherColumns { sequence: arguments.sequence.clone(), ignore: arguments.ignore.clone() };
         let by = (sampling, options);
-        let sequences = over_time::answers(&model, &questions, &table, &others, &settings, by)?;
-        data::note_unread(&model, &questions, &table, &others);
+        let sequences = over_time::answers(model, questions, &table, &others, &settings, by)?;
+        data::note_unread(model, questions, &table, &others);
         let how = (arguments.json, arguments.all);
         let column = arguments.sequence.as_deref();
         let titled: Vec<Answer> =
             sequences.iter().flat_map(|(name, answers)| titled(column, name, answers)).collect();
-        let drawn = draw(arguments, &model, titled.iter(), out);
+        let drawn = draw(arguments, model, titled.iter(), out);
         write_sequences(&sequences, arguments.sequence.as_deref(), how, out)?;
         return drawn;
     }
@@ -181,8 +208,8 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     }
     if let Some(path) = &arguments.data {
         let table = data::open(path, &arguments.separator)?.without(&arguments.ignore)?;
-        let cases = cases::answers(&model, &questions, &table, &settings, (sampling, options))?;
-        data::note_unread(&model, &questions, &table, &OtherColumns::default());
+        let cases = cases::answers(model, questions, &table, &settings, (sampling, options))?;
+        data::note_unread(model, questions, &table, &OtherColumns::default());
         let has_instants = model.variables.values().any(|variable| variable.previous_of.is_some());
         if let (Some(question), true) = (questions.first(), has_instants) {
             let text = model.ask_text(&question.asks[0]);
@@ -191,29 +218,34 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
             ));
         }
         let answered = cases.iter().filter_map(|(_, answers)| answers.as_ref().ok());
-        let drawn = draw(arguments, &model, answered.flatten(), out);
+        let drawn = draw(arguments, model, answered.flatten(), out);
         write_cases(&cases, (arguments.json, arguments.all), out)?;
         return drawn;
     }
     let inputs = settings.inputs();
     if arguments.table {
         let mut tables: Vec<Table> = Vec::new();
-        for question in &compiled {
+        for question in compiled {
             tables.extend(question.tables(&inputs)?);
         }
         return write_tables(&tables, arguments.json, out);
     }
     let mut answers: Vec<Answer> = Vec::new();
-    for question in &compiled {
-        let own = question.ask_filled(&inputs, sampling);
-        answers.extend(own.map_err(|error| not_given(&model, &names, error))?);
+    for question in compiled {
+        match question.ask_filled(&inputs, sampling) {
+            Ok(own) => answers.extend(own),
+            Err(error) => {
+                let asked = model.ask_text(&question.question().asks[0]);
+                refused.add(asked, not_given(model, &names, error));
+            }
+        }
         if progress::is_stopped() {
             break;
         }
     }
-    let drawn = draw(arguments, &model, answers.iter(), out);
+    let drawn = draw(arguments, model, answers.iter(), out);
     match arguments.json {
-        true => write_json(&one_or_several(&answers), out)?,
+        true => write_answers_json(&answers, refused, out)?,
         false => write_answers(&answers, arguments.all, out)?,
     }
     drawn

@@ -19,7 +19,7 @@ use bp_core::compiler::error::Error;
 use bp_core::compiler::kernel::in_words;
 use bp_core::compiler::lower::lower_printed;
 use bp_core::compiler::model::{Model, ParameterKind, Question};
-use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, plan};
+use bp_core::compiler::plan::{Marked, Notation, Offer, Options, Plan, plan_or_contexts};
 use bp_core::program::settings::{Meaning, Settings, names, values_of};
 use serde_json::json;
 use std::borrow::Cow;
@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let options = Options { all_offers: true, ..arguments.planning.options() };
     let mut page = Vec::new();
     if arguments.html {
-        let plans = questions.iter().map(|one| plan(&model, one, options));
+        let plans = questions.iter().map(|one| by_structure(&model, one, options).map(|(_, plan)| plan));
         let plans = plans.collect::<Result<Vec<_>, Error>>()?;
         html::write(&model, &source.text, &plans, arguments.forms, &mut page)?;
         return output::write(arguments.out.as_deref(), &page, out);
@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
     let sizes = || sized(&model, &questions, &arguments.settings, &rows);
     let settings = is_set.then(sizes).transpose()?;
     let planned = |one: &Question| match &settings {
-        None => plan(&model, one, options).map(|plan| (Cow::Borrowed(&model), plan)).or_else(|refused| {
+        None => by_structure(&model, one, options).or_else(|refused| {
             // Families whose sizes are known may have an answer element by element.
             let planned = sizes()
                 .map_err(|_| ())
@@ -143,6 +143,13 @@ pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Fai
         }
     }
     output::write(arguments.out.as_deref(), &page, out)
+}
+
+/// The plan of a question without sizes.
+fn by_structure<'m>(model: &'m Model, question: &Question, options: Options) -> Result<Planned<'m>, Error> {
+    let model = Model::with_constants(Cow::Borrowed(model), question);
+    let plan = plan_or_contexts(&model, question, options)?;
+    Ok((model, plan))
 }
 
 /// A plan, and the program of which it is the plan.

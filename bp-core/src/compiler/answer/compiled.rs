@@ -9,6 +9,7 @@ use super::instants::after_each;
 use super::{Answer, link, soft};
 use crate::error::Error;
 use crate::exec::Inputs;
+use crate::ids::VariableId;
 use crate::kernel::Kernel;
 use crate::model::{Ask, Finding, Known, Model, Question, Statistic};
 use crate::plan::{self, Group, Options, Place, Plan, Strategy};
@@ -33,6 +34,8 @@ pub struct CompiledQuestion<'m> {
     pub(super) elements: Elements,
     /// The options of its plan.
     pub(super) options: Options,
+    /// The known variables of which each value is answered alone, where no table has all.
+    pub(super) contexts: Vec<VariableId>,
 }
 
 /// Compiles a question of a model.
@@ -107,7 +110,8 @@ fn later(
     options: Options,
 ) -> CompiledQuestion<'_> {
     let (texts, routes, strategies, places) = (Vec::new(), Arc::default(), Vec::new(), Vec::new());
-    CompiledQuestion { model, question, texts, routes, strategies, places, elements, options }
+    let contexts = Vec::new();
+    CompiledQuestion { model, question, texts, routes, strategies, places, elements, options, contexts }
 }
 
 /// Plans and prepares a question.
@@ -119,20 +123,22 @@ pub(super) fn together(
     let plan = plan::plan_for_answer(&model, &question, options)?;
     let routes = Arc::new(prepare(&model, &plan, options.each)?);
     let strategies = plan.routes.iter().map(|route| route.strategy()).collect();
-    let (question, places) = (plan.question, plan.places);
+    let each = question.asks.first().map_or_else(Vec::new, plan::contexts);
+    let is_given = plan.question.asks.first().is_some_and(|ask| plan::contexts(ask) != each);
+    let contexts = if is_given { each } else { Vec::new() };
     let texts = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
-    let elements = Elements::Together;
-    Ok(CompiledQuestion { model, question, texts, routes, strategies, places, elements, options })
+    let (elements, places) = (Elements::Together, plan.places);
+    Ok(CompiledQuestion { model, question, texts, routes, strategies, places, elements, options, contexts })
 }
 
-/// The program, extended by what the question derives from it.
+/// The program, extended by what the question derives from it, with the numbers of constants.
 pub(super) fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
     if model.is_posed(question) {
-        return (model, question.clone());
+        return (Model::with_constants(model, question), question.clone());
     }
     let mut model = model.into_owned();
     let question = model.pose(question);
-    (Cow::Owned(model), question)
+    (Model::with_constants(Cow::Owned(model), &question), question)
 }
 
 /// Prepares each route of a plan.
@@ -225,6 +231,9 @@ impl CompiledQuestion<'_> {
         if let Some(other) = self.where_some_are_missing(inputs) {
             return other?.ask_with(inputs, sampling);
         }
+        if !self.contexts.is_empty() {
+            return self.in_contexts(inputs, sampling);
+        }
         let case = Case { question: &self.question, inputs, instants: &[], sampling, findings: None };
         self.or_by_draws(self.answers(&case), inputs, |drawn| drawn.ask_with(inputs, sampling))
     }
@@ -269,6 +278,9 @@ impl CompiledQuestion<'_> {
     pub fn tables(&self, inputs: &Inputs<'_, f64>) -> Result<Vec<Table>, Error> {
         if let Some(tables) = self.tables_apart(inputs)? {
             return Ok(tables);
+        }
+        if let (false, Some(ask)) = (self.contexts.is_empty(), self.question.asks.first()) {
+            return Err(self.no_table(ask, "each context is answered alone"));
         }
         let case = Case {
             question: &self.question,

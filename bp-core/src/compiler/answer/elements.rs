@@ -49,9 +49,9 @@ pub fn plan_sized<'m>(
             let expanded = expanded.into_owned();
             (Cow::Owned(expanded.model().clone()), expanded.question().clone())
         }
-        None => (Cow::Borrowed(model), question.clone()),
+        None => (Model::with_constants(Cow::Borrowed(model), question), question.clone()),
     };
-    let plan = plan::plan(&model, &question, options)?;
+    let plan = plan::plan_or_contexts(&model, &question, options)?;
     Ok((model, plan))
 }
 

@@ -5,6 +5,7 @@
 
 mod again;
 mod compiled;
+mod contexts;
 mod elements;
 mod instants;
 mod link;

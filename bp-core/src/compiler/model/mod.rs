@@ -11,6 +11,7 @@ mod arms;
 mod bounds;
 mod builder;
 mod complement;
+mod constants;
 mod derived;
 mod determined;
 mod domain;

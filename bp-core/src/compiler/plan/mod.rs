@@ -16,7 +16,7 @@ pub use strategy::Offer;
 
 use crate::error::Error;
 use crate::ids::VariableId;
-use crate::model::{Ask, Finding, Known, Model, Question};
+use crate::model::{Ask, Finding, Known, Model, Question, Statistic, Value};
 use crate::strategies::gaussian;
 use std::collections::HashMap;
 
@@ -78,13 +78,72 @@ pub(crate) fn is_closed(model: &Model, question: &Question) -> bool {
 /// See [`plan`].
 pub fn plan_for_answer(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
     let (model, question) = model.posed(question);
+    let question: &Question = &question;
     let finite = |variable: VariableId| model.variables[variable].domain.is_finite();
     // The density of a real is answered without ln P(evidence), which would need an integral.
     let event = |ask: &Ask| {
         ask.known.iter().all(|known| !matches!(known.evidence, Finding::Each))
             && ask.searched.iter().all(|item| finite(item.variable) || item.at.is_none())
     };
-    planned(&model, &question, options, |ask| model.plate.is_none() && event(ask))
+    or_in_contexts(&model, question, options, |ask| model.plate.is_none() && event(ask))
+}
+
+/// Plans a question as [`plan`]; where no table has all contexts, for the values of one.
+///
+/// # Errors
+/// See [`plan`].
+pub fn plan_or_contexts(model: &Model, question: &Question, options: Options) -> Result<Plan, Error> {
+    let (model, question) = model.posed(question);
+    or_in_contexts(&model, &question, options, |_| options.ln_evidence)
+}
+
+fn or_in_contexts(
+    model: &Model,
+    question: &Question,
+    options: Options,
+    ln_evidence: impl Fn(&Ask) -> bool,
+) -> Result<Plan, Error> {
+    planned(model, question, options, ln_evidence).or_else(|refused| {
+        let unplanned = matches!(refused, Error::Unplanned { .. } | Error::Refused { .. });
+        match in_contexts(model, question).filter(|_| unplanned) {
+            Some(given) => planned(model, &given, options, |_| false).map_err(|_| refused),
+            None => Err(refused),
+        }
+    })
+}
+
+/// The most contexts that are answered one after the other.
+const MOST_CONTEXTS: f64 = 1000.0;
+
+/// The question with values, given under their own names, of the finite variables of which each value is a context.
+fn in_contexts(model: &Model, question: &Question) -> Option<Question> {
+    let first = contexts(question.asks.first()?);
+    let same = |ask: &Ask| {
+        !ask.when.is_over_time()
+            && contexts(ask) == first
+            && !matches!(ask.statistic, Statistic::Divergence { .. })
+    };
+    let count = |id: &VariableId| {
+        let variable = &model.variables[*id];
+        variable.domain.count().filter(|_| variable.family.is_none()).map(|count| count as f64)
+    };
+    let cells: f64 = first.iter().map(count).product::<Option<f64>>()?;
+    let few = !first.is_empty() && cells <= MOST_CONTEXTS && model.plate.is_none();
+    (few && question.asks.iter().all(same)).then(|| {
+        let mut given = question.clone();
+        for known in given.asks.iter_mut().flat_map(|ask| &mut ask.known) {
+            if known.evidence == Finding::Each {
+                known.evidence = Finding::Hard(Value::Given(model.variable_name(known.variable)));
+            }
+        }
+        given
+    })
+}
+
+/// The known variables of which each value is a context.
+pub(crate) fn contexts(ask: &Ask) -> Vec<VariableId> {
+    let each = ask.known.iter().filter(|known| known.evidence == Finding::Each);
+    each.map(|known| known.variable).collect()
 }
 
 /// A distribution that is asked for.

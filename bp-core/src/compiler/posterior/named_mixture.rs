@@ -7,7 +7,42 @@ use super::Figure;
 use super::named_law::NamedLaw;
 use crate::random::Random;
 use crate::sample::Moments;
+use crate::special::gauss_legendre;
 use rand::RngExt;
+
+/// The probabilities at whose quantiles the panels of an integral end; and how often a panel is halved.
+const PANELS: [f64; 15] = [
+    1e-30,
+    1e-20,
+    1e-14,
+    1e-9,
+    1e-5,
+    1e-3,
+    0.05,
+    0.3,
+    0.7,
+    0.95,
+    0.999,
+    0.999_99,
+    1.0 - 1e-8,
+    1.0 - 1e-12,
+    1.0 - 1e-15,
+];
+const MOST_HALVINGS: u32 = 40;
+
+/// The integral over a panel, halved until the halves agree with the whole.
+fn halved(integral: &dyn Fn(f64, f64) -> f64, [from, to]: [f64; 2], whole: f64, left: u32) -> f64 {
+    let middle = from + 0.5 * (to - from);
+    let halves = [integral(from, middle), integral(middle, to)];
+    let sum = halves[0] + halves[1];
+    match left == 0 || (sum - whole).abs() <= 1e-13 * sum.abs().max(1e-3) {
+        true => sum,
+        false => {
+            halved(integral, [from, middle], halves[0], left - 1)
+                + halved(integral, [middle, to], halves[1], left - 1)
+        }
+    }
+}
 
 /// One component.
 #[derive(Clone, PartialEq, Debug)]
@@ -99,6 +134,28 @@ impl NamedMixture {
         }
     }
 
+    /// The entropy of a slot: −∫ f ln f between the quantiles of the components, in panels that are halved until they agree.
+    pub(crate) fn entropy(&self, place: usize) -> f64 {
+        let used: Vec<&NamedComponent> = self.0.iter().filter(|own| own.weight > 0.0).collect();
+        if used.iter().all(|own| own.laws[place] == used[0].laws[place]) {
+            return used[0].laws[place].entropy();
+        }
+        let mut ends: Vec<f64> = used
+            .iter()
+            .flat_map(|own| PANELS.iter().map(|level| own.laws[place].quantile(*level)))
+            .filter(|end| end.is_finite())
+            .collect();
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        let surprise = |x: f64| {
+            let f = self.density(place, x);
+            if f > 0.0 && f.is_finite() { -f * f.ln() } else { 0.0 }
+        };
+        let whole = |from: f64, to: f64| gauss_legendre(&surprise, from, to);
+        let panel = |ends: &[f64]| halved(&whole, [ends[0], ends[1]], whole(ends[0], ends[1]), MOST_HALVINGS);
+        ends.windows(2).map(panel).sum()
+    }
+
     /// The moments and quantiles of a slot; of a single component its name too.
     pub(crate) fn figure(&self, place: usize) -> Figure {
         if let [only] = self.0.as_slice() {
@@ -129,6 +186,10 @@ mod tests {
         assert!((mixture.covariance(0, 0) - (1.25 - 0.5625)).abs() < 1e-15);
         let median = -(0.5 * (5f64.sqrt() - 1.0)).ln();
         assert!((mixture.quantile(0, 0.5) - median).abs() < 1e-15, "{}", mixture.quantile(0, 0.5));
+        // −∫ f ln f by the substitution u = e⁻ˣ, f = (u + 2u²)/2, dx = du/u: −∫₀¹ (1 + 2u)/2 ln((u + 2u²)/2) du, by parts.
+        // −½ [∫ (1 + 2u)(ln u + ln(1 + 2u) − ln 2) du] with ∫ ln u (1 + 2u) = −3/2, ∫ (1 + 2u) ln(1 + 2u) = (9/4) ln 3 − 1.
+        let entropy = -0.5 * (-1.5 + 2.25 * 3f64.ln() - 1.0 - 2.0 * std::f64::consts::LN_2);
+        assert!((mixture.entropy(0) - entropy).abs() < 1e-11, "{} {entropy}", mixture.entropy(0));
         assert!((mixture.density(0, 1.0) - 0.5 * ((-1f64).exp() + 2.0 * (-2f64).exp())).abs() < 1e-15);
     }
 }

@@ -185,7 +185,9 @@ impl Part {
             (PartLaw::Laws { laws, .. }, Statistic::Draw(count)) => {
                 draws(*count, &|random| laws.iter().map(|law| law.draw(random)).collect())
             }
-            (PartLaw::Mixture(_) | PartLaw::Laws { .. }, Statistic::Entropy) if alone => {
+            (PartLaw::Mixture(_) | PartLaw::NamedMixture(_) | PartLaw::Laws { .. }, Statistic::Entropy)
+                if alone =>
+            {
                 one()?;
                 let entropy = self.entropy_of_one_real().unwrap_or(f64::NAN);
                 Ok(vec![Row { values: Vec::new(), figure: Figure::Entropy { entropy, error: None } }])
@@ -239,6 +241,7 @@ impl Part {
         match (&self.law, self.of.len()) {
             (PartLaw::Laws { laws, .. }, 1) => Some(laws[0].entropy()),
             (PartLaw::Mixture(mixture), 1) => Some(mixture.of_slot(0).entropy()),
+            (PartLaw::NamedMixture(mixture), 1) => Some(mixture.entropy(0)),
             _ => None,
         }
     }

@@ -14,7 +14,7 @@ use crate::distribution::{ln_sum, normalise};
 /// Draws of some slots.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Draws {
-    /// Draw after draw, the kept slots in order.
+    /// Draw after draw, the kept slots in order; then those of the repeats.
     values: Vec<f64>,
     kept: usize,
     weights: Vec<f64>,
@@ -25,6 +25,9 @@ pub struct Draws {
     /// The origin of each draw, where draws of one origin are not independent: numbers below the number of draws. Where there
     /// are several lists, each misses what the others show, and the largest error counts.
     origins: Vec<Vec<u32>>,
+    /// Independent repeats with fewer draws of equal weights: their number, and the draws of each. Their scatter is an error that
+    /// the draws themselves do not show.
+    repeats: [usize; 2],
 }
 
 /// The standard error of a sum of parts, each of a draw; parts of one origin are not independent.
@@ -84,18 +87,27 @@ impl Draws {
 
     /// Draws of `kept` slots each, whose weights sum to one, or are all 0, and ln of the mean of these before.
     pub(crate) fn of_weights(values: Vec<f64>, kept: usize, weights: Vec<f64>, ln_mean_weight: f64) -> Self {
-        Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain: None, origins: Vec::new() }
+        let (chain, origins, repeats) = (None, Vec::new(), [0; 2]);
+        Self { values, kept, weights, ln_mean_weight: Some(ln_mean_weight), chain, origins, repeats }
     }
 
     /// Draws of chains of `length` draws each, chain after chain.
     pub fn chained(values: Vec<f64>, kept: usize, count: usize, length: usize) -> Self {
         let weights = vec![1.0 / count as f64; count];
-        Self { values, kept, weights, ln_mean_weight: None, chain: Some(length), origins: Vec::new() }
+        let draws = Self::of_weights(values, kept, weights, f64::NAN);
+        Self { ln_mean_weight: None, chain: Some(length), ..draws }
     }
 
     /// The same draws, of which those of one origin are not independent.
     pub fn of_origins(mut self, origins: Vec<u32>) -> Self {
         self.origins.push(origins);
+        self
+    }
+
+    /// The same draws with the values of independent repeats, of equal lengths.
+    pub(crate) fn with_repeats(mut self, repeats: Vec<&[f64]>) -> Self {
+        self.repeats = [repeats.len(), repeats.first().map_or(0, |values| values.len() / self.kept)];
+        repeats.into_iter().for_each(|values| self.values.extend(values));
         self
     }
 
@@ -141,7 +153,11 @@ impl Draws {
                     origins.iter().zip(&self.weights).for_each(|(at, weight)| shares[*at as usize] += weight);
                     1.0 / shares.iter().map(|share| share * share).sum::<f64>()
                 };
-                self.origins.iter().map(together).fold(alone, f64::min)
+                let least = self.origins.iter().map(together).fold(alone, f64::min);
+                match self.repeats {
+                    [0, _] => least,
+                    _ => (0..self.kept).map(|position| self.worth(position)).fold(least, f64::min),
+                }
             }
             Some(length) => (0..self.kept)
                 .map(|position| chains::effective(&self.column(position), length))
@@ -155,6 +171,15 @@ impl Draws {
             (0..self.kept).map(|position| chains::r_hat(&self.column(position), length)).fold(1.0, f64::max)
         };
         self.chain.map(of)
+    }
+
+    /// The number of independent draws whose mean of a slot would have the same error.
+    fn worth(&self, position: usize) -> f64 {
+        let x = |draw: usize| self.value(draw, position);
+        let [mean, error] = self.mean(x);
+        let unit = unit_of((0..self.count()).map(|draw| x(draw) - mean));
+        let square = |draw: usize| self.weights[draw] * ((x(draw) - mean) / unit).powi(2);
+        (0..self.count()).map(square).sum::<f64>() / (error / unit).powi(2)
     }
 
     fn column(&self, position: usize) -> Vec<f64> {
@@ -178,7 +203,27 @@ impl Draws {
             [] => error_of_sum(parts, None),
             all => all.iter().map(|own| error_of_sum(parts.clone(), Some(own))).fold(0.0, f64::max),
         };
-        [mean, error * unit]
+        [mean, (error * unit).max(self.scatter(f, mean))]
+    }
+
+    /// The error that repeats show: the deviation of their means, which is that of fewer draws, and the distance of these from the
+    /// mean of all, which shows a bias that falls with the number of draws.
+    fn scatter(&self, f: impl Fn(usize) -> f64, mean: f64) -> f64 {
+        let [repeats, size] = self.repeats;
+        if repeats < 2 {
+            return 0.0;
+        }
+        let of = |repeat: usize| {
+            let first = self.count() + repeat * size;
+            (first..first + size).map(&f).sum::<f64>() / size as f64
+        };
+        let means: Vec<f64> = (0..repeats).map(of).collect();
+        let centre = means.iter().sum::<f64>() / repeats as f64;
+        let unit = unit_of(means.iter().map(|own| own - centre).chain([centre - mean]));
+        let squares: f64 = means.iter().map(|own| ((own - centre) / unit).powi(2)).sum();
+        let share = size as f64 / self.count() as f64;
+        let bias = if share < 1.0 { (centre - mean) / unit * share / (1.0 - share) } else { 0.0 };
+        (squares / (repeats as f64 - 1.0) * share + bias * bias).sqrt() * unit
     }
 
     /// Estimates about a real slot.

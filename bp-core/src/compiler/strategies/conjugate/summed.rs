@@ -115,6 +115,11 @@ pub(super) fn offer(model: &Model, asks: &[Ask]) -> Result<Summed, String> {
         let unknown = |(use_, _): (&crate::model::VariableUse, Option<usize>)| !is_finite(use_.variable);
         element_of(model, id).is_some_and(unknown) || of_an_unknown(model, id).is_some()
     };
+    // A likelihood of a predicate of an unknown is no term of a conjugate posterior.
+    let weighed = asks[0].known.iter().filter(|known| is_weighed(known)).map(|known| known.variable);
+    if let Some(id) = weighed.into_iter().find(|id| of_unknowns(*id)) {
+        return Err(format!("`{}` has a likelihood, which has no conjugate prior", model.variable_name(id)));
+    }
     let is_derived = |id: &FactorId| {
         let left = model.factors[*id].left[0].variable;
         !is_given(left) && of_unknowns(left)
@@ -182,7 +187,11 @@ fn refused_ask(
     }
     let moments = matches!(
         ask.statistic,
-        Statistic::Distribution | Statistic::Expectation | Statistic::Variance | Statistic::Draw(_)
+        Statistic::Distribution
+            | Statistic::Expectation
+            | Statistic::Variance
+            | Statistic::Entropy
+            | Statistic::Draw(_)
     );
     match moments || ask.statistic.levels().is_some() {
         true => refused_of_reals(&ask.statistic, searched.len()),

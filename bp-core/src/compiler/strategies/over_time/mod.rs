@@ -207,7 +207,7 @@ pub fn answer(
                 return by_paths(setting, route, &all, &slots.collect::<Vec<_>>(), sampling, &unmet);
             }
             let moves = Moves::new(setting, route.ask(), &route.carried, linear, sampling)?;
-            let mut cloud = moves.follow(&all, &mut |_| {})?.map_err(unmet)?;
+            let (mut cloud, _) = moves.follow(&all, &mut |_| {})?.map_err(unmet)?;
             moves.check_constants(&cloud, route.ask())?;
             let (linear, kept): (Vec<usize>, Vec<usize>) =
                 slots.partition(|slot| linear.contains(&setting.variable_of(*slot)));
@@ -279,7 +279,7 @@ fn by_paths(
         instants.iter().map(|instant| instant.iter().map(of_vector).collect()).collect();
     let instants = observed.as_slice();
     let mut paths = Paths::new(setting.slots());
-    let cloud = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
+    let (cloud, guide) = moves.follow(instants, &mut |cloud| paths.record(cloud))?.map_err(unmet)?;
     moves.check_constants(&cloud, route.ask())?;
     let laws: Vec<InstantLaw> = match route.ask().when {
         When::Sequence => {
@@ -288,7 +288,7 @@ fn by_paths(
             moves.most_probable(&paths, slots)?.into_iter().map(values).collect()
         }
         _ => {
-            let all = moves.smoothed(&paths, slots)?;
+            let all = moves.smoothed(&paths, slots, (instants, guide.as_ref()))?;
             let effective = all.iter().map(|path| path.effective).collect();
             let followed = Followed { effective, ..Followed::of(&cloud) };
             let cloud = |path: Path| InstantLaw::Cloud {

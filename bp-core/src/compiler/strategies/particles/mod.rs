@@ -61,6 +61,7 @@ impl Clone for Particle {
 }
 
 /// The transition of the particles.
+#[derive(Clone)]
 pub(crate) struct Moves<'s> {
     setting: Arc<Setting<'s>>,
     /// At the first instant.
@@ -74,7 +75,7 @@ pub(crate) struct Moves<'s> {
     before: Vec<Instance>,
     now: Vec<Instance>,
     /// Their distributions where the parents are finite: those before the first instant, at it, and later.
-    contexts: [Vec<Option<Contexts>>; 3],
+    contexts: Arc<[Vec<Option<Contexts>>; 3]>,
     /// The values of an instant before anything is drawn.
     blank: Vec<f64>,
     /// (slot of X, slot of X^-1)
@@ -143,7 +144,7 @@ impl<'s> Moves<'s> {
         let of =
             |setting: &Setting<'_>, instances: &[Instance]| contexts(setting, instances, sampling.particles);
         Ok(Self {
-            contexts: [of(&first, &before), of(&first, &now), of(&later, &now)],
+            contexts: Arc::new([of(&first, &before), of(&first, &now), of(&later, &now)]),
             blank: Observations::none(setting).values,
             setting: Arc::new(later),
             first: Arc::new(first),
@@ -161,8 +162,8 @@ impl<'s> Moves<'s> {
         })
     }
 
-    /// Follows the observations, guided where that is possible; the first of the instants that no particle agrees with is an
-    /// inner error.
+    /// Follows the observations, guided where that is possible, and gives the guide; the first of the instants that no particle
+    /// agrees with is an inner error.
     ///
     /// # Errors
     /// Numbers outside the range that a form accepts.
@@ -170,15 +171,16 @@ impl<'s> Moves<'s> {
         &self,
         instants: &[Instant],
         each: &mut dyn FnMut(&Cloud),
-    ) -> Result<Result<Cloud, usize>, Error> {
+    ) -> Result<Result<(Cloud, Option<Guide>), usize>, Error> {
+        let unguided = |cloud: Result<Cloud, usize>| cloud.map(|cloud| (cloud, None));
         let Some(guide) = self.guide(instants) else {
-            return self.follow_by(instants, None, self.unguided(), each);
+            return self.follow_by(instants, None, self.unguided(), each).map(unguided);
         };
         // Unguided particles see whether the guide misses a part: it would lower its estimate of P(observations).
         let scouts =
             self.follow_by(instants, None, (self.count() / 10).max(self.count().min(1000)), &mut |_| {})?;
         if progress::is_stopped() {
-            return Ok(scouts);
+            return Ok(unguided(scouts));
         }
         let guided =
             self.follow_by(instants, Some(&guide), self.count().min(GUIDED + self.count() / 50), each)?;
@@ -190,7 +192,10 @@ impl<'s> Moves<'s> {
             }
             (guided, _) => guided.is_ok(),
         };
-        if trusted { Ok(guided) } else { self.follow_by(instants, None, self.count(), each) }
+        match trusted {
+            true => Ok(guided.map(|cloud| (cloud, Some(guide)))),
+            false => self.follow_by(instants, None, self.count(), each).map(unguided),
+        }
     }
 
     /// The number of particles without a guide: fewer, where finite variables alone are drawn, given the observations of their

@@ -8,18 +8,25 @@
 //! (Godsill, Doucet and West, *JASA* 99:156-168, 2004), here by a few Metropolis–Hastings steps that start from the ancestor and
 //! propose from W (Bunch and Godsill, *IEEE Transactions on Signal Processing* 61:962-974, 2013). Where the transition has no
 //! density, no other particle leads to xₜ₊₁, and the path is that of the ancestors (Kitagawa 1996).
+//!
+//! Paths share particles at many instants, so that one run does not show its own error: it is the scatter of independent runs.
 
-use super::cloud::effective_number;
-use super::{Cloud, Moves};
+use super::{Cloud, Guide, Moves};
 use crate::distribution::Instance;
 use crate::error::Error;
 use crate::ids::Id;
-use crate::sample::{Draws, Streams};
+use crate::progress;
+use crate::sample::{Draws, Sampling, Streams};
+use crate::strategies::over_time::Instant;
 use rand::RngExt;
 use rayon::prelude::*;
 
 /// The steps that refresh a particle of a path.
 const REFRESHES: usize = 8;
+
+/// The runs whose scatter is the error, which together have as many particles as the answer; and the fewest particles of each.
+const REPEATS: usize = 16;
+const LEAST: usize = 50;
 
 /// The particles of an instant.
 #[derive(Debug)]
@@ -67,49 +74,71 @@ impl Paths {
         &self.instants[instant].values[particle * self.slots..(particle + 1) * self.slots]
     }
 
+    /// The values of some slots of some particles of an instant.
+    fn at(&self, instant: usize, particles: &[usize], slots: &[usize]) -> Vec<f64> {
+        let of = |particle: &usize| {
+            let values = self.values(instant, *particle);
+            slots.iter().map(|slot| values[*slot]).collect::<Vec<f64>>()
+        };
+        particles.iter().flat_map(of).collect()
+    }
+
     /// The values of some slots at each instant along a path.
     fn along(&self, path: &[usize], slots: &[usize]) -> Vec<Vec<f64>> {
-        let at = |(instant, particle): (usize, &usize)| {
-            let values = self.values(instant, *particle);
-            slots.iter().map(|slot| values[*slot]).collect()
-        };
-        path.iter().enumerate().map(at).collect()
+        path.iter().enumerate().map(|(instant, particle)| self.at(instant, &[*particle], slots)).collect()
     }
 }
 
 impl Moves<'_> {
-    /// Draws of some slots at each instant, given all observations.
+    /// Draws of some slots at each instant, given all observations; and by which the paths were guided.
     ///
     /// # Errors
     /// Numbers outside the range that a form accepts.
-    pub(crate) fn smoothed(&self, paths: &Paths, slots: &[usize]) -> Result<Vec<Path>, Error> {
+    pub(crate) fn smoothed(
+        &self,
+        paths: &Paths,
+        slots: &[usize],
+        (instants, guide): (&[Instant], Option<&Guide>),
+    ) -> Result<Vec<Path>, Error> {
         let chosen = self.backward(paths)?;
-        let mut all = Vec::with_capacity(chosen.len());
-        // Paths are not independent where they go through descendants of one particle, at their own instant or later:
-        // of the later ones that instant counts that leaves the fewest origins.
-        let mut origins: Option<(f64, Vec<u32>)> = None;
-        for (instant, own) in chosen.iter().enumerate().rev() {
-            let snapshot = &paths.instants[instant];
-            let here: Vec<u32> = own.iter().map(|particle| snapshot.origins[*particle]).collect();
-            let number = effective_number(&here);
-            let draws = |values: Vec<f64>| {
-                Draws::weighted(values, slots.len(), &vec![0.0; own.len()]).of_origins(here.clone())
-            };
-            let value = |particle: &usize| {
-                let values = paths.values(instant, *particle);
-                slots.iter().map(|slot| values[*slot]).collect::<Vec<f64>>()
-            };
-            let values: Vec<f64> = own.iter().flat_map(value).collect();
-            let draws = match &origins {
-                Some((_, later)) => draws(values).of_origins(later.clone()),
-                None => draws(values),
-            };
-            if origins.as_ref().is_none_or(|(least, _)| number < *least) {
-                origins = Some((number, here));
+        let particles = chosen[0].len();
+        let repeats = self.repeats((instants, guide), slots, particles)?;
+        let path = |(instant, own): (usize, &Vec<usize>)| {
+            let origins = own.iter().map(|particle| paths.instants[instant].origins[*particle]).collect();
+            let values = paths.at(instant, own, slots);
+            let draws = Draws::weighted(values, slots.len(), &vec![0.0; particles]).of_origins(origins);
+            let of_repeats = repeats.iter().map(|repeat| repeat[instant].as_slice());
+            let draws = draws.with_repeats(of_repeats.collect());
+            Path { effective: draws.effective(), draws }
+        };
+        Ok(chosen.iter().enumerate().map(path).collect())
+    }
+
+    /// The values of some slots at each instant in independent runs.
+    fn repeats(
+        &self,
+        (instants, guide): (&[Instant], Option<&Guide>),
+        slots: &[usize],
+        particles: usize,
+    ) -> Result<Vec<Vec<Vec<f64>>>, Error> {
+        let particles = (particles / REPEATS).max(LEAST).min(particles);
+        let seeds = Streams::new(self.sampling.seed, "repeats");
+        let mut all = Vec::with_capacity(REPEATS);
+        for number in 0..REPEATS {
+            if progress::is_stopped() {
+                break;
             }
-            all.push(Path { effective: draws.effective(), draws });
+            let sampling = Sampling { particles, seed: seeds.stream(number).random() };
+            let moves = Moves { sampling, ..self.clone() };
+            let mut paths = Paths::new(self.setting.slots());
+            let followed = moves.follow_by(instants, guide, particles, &mut |cloud| paths.record(cloud))?;
+            // A run in which no particle agrees with the observations has no values.
+            if followed.is_ok() && paths.instants.len() == instants.len() {
+                let chosen = moves.backward(&paths)?;
+                let at = |(instant, own): (usize, &Vec<usize>)| paths.at(instant, own, slots);
+                all.push(chosen.iter().enumerate().map(at).collect());
+            }
         }
-        all.reverse();
         Ok(all)
     }
 

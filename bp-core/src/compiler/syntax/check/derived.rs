@@ -119,6 +119,8 @@ impl<'p> Checker<'p> {
                 let variable = &self.model.so_far().variables[id];
                 variable.family.is_some() || matches!(variable.domain, Domain::Vector(_))
             }
+            // An element of a field at the value of a variable.
+            Some(Meaning::Parameter(_)) => true,
             _ => false,
         };
         match &item.subject {
@@ -145,7 +147,10 @@ impl<'p> Checker<'p> {
         let (expr, is_term) = match &item.subject {
             Subject::Slice(name, range) => return self.slice(name, range),
             Subject::Term(term) => (term.clone(), true),
-            Subject::Variable(occurrence) => (element(occurrence), false),
+            Subject::Variable(occurrence) => {
+                let is_field = matches!(self.meaning(&occurrence.name.text), Some(Meaning::Parameter(_)));
+                (element(occurrence), is_field)
+            }
         };
         let before = self.wrong.0.len();
         let typed = self.expression(&expr, &scope, None);
