@@ -171,7 +171,7 @@ fn zeros<T: Scalar>(arrays: &[(OutputKey, Vec<T>)]) -> Option<usize> {
 fn posed<'m>(model: &'m Model, asked: Asked<'_>) -> Result<(Cow<'m, Model>, Question), Error> {
     let model = link(model)?;
     let question = model.question(asked.question).expect("internal: the question has been compiled").clone();
-    Ok(super::compiled::posed(model, &question))
+    Ok(super::elements::posed(model, &question))
 }
 
 fn exact(model: &Model, question: &Question, route: usize) -> Result<Exact, Error> {

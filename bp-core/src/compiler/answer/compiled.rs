@@ -4,7 +4,7 @@
 //! everything that does not depend on the inputs (plan, kernels, schedules) is made once; answers are located by
 //! [`Place`].
 
-use super::elements::Elements;
+use super::elements::{Elements, posed_with_constants};
 use super::instants::after_each;
 use super::{Answer, link, soft};
 use crate::error::Error;
@@ -56,7 +56,7 @@ pub fn compile_by<'m>(
     options: impl Into<Options>,
 ) -> Result<CompiledQuestion<'m>, Error> {
     let options = options.into();
-    let (model, question) = posed(link(model)?, question);
+    let (model, question) = posed_with_constants(link(model)?, question);
     let elements = Elements::of(&model, &question, options.by);
     match elements {
         Elements::Apart => Ok(later(model, question, elements, options)),
@@ -82,7 +82,7 @@ pub fn compile_sized<'m>(
     }
     match compiled {
         Err(Error::Unplanned { .. } | Error::Refused { .. }) => {
-            let (model, question) = posed(link(model)?, question);
+            let (model, question) = posed_with_constants(link(model)?, question);
             Ok(later(model, question, Elements::Apart, options))
         }
         Ok(compiled) if options.by.is_none() && options.budget.is_none() && compiled.is_estimated() => {
@@ -98,7 +98,7 @@ pub(super) fn compile_with<'m>(
     question: &Question,
     options: Options,
 ) -> Result<CompiledQuestion<'m>, Error> {
-    let (model, question) = posed(link(model)?, question);
+    let (model, question) = posed_with_constants(link(model)?, question);
     together(model, question, options)
 }
 
@@ -129,16 +129,6 @@ pub(super) fn together(
     let texts = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
     let (elements, places) = (Elements::Together, plan.places);
     Ok(CompiledQuestion { model, question, texts, routes, strategies, places, elements, options, contexts })
-}
-
-/// The program, extended by what the question derives from it, with the numbers of constants.
-pub(super) fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
-    if model.is_posed(question) {
-        return (Model::with_constants(model, question), question.clone());
-    }
-    let mut model = model.into_owned();
-    let question = model.pose(question);
-    (Model::with_constants(Cow::Owned(model), &question), question)
 }
 
 /// Prepares each route of a plan.

@@ -55,6 +55,25 @@ pub fn plan_sized<'m>(
     Ok((model, plan))
 }
 
+/// The program, extended by what the question derives from it.
+pub(super) fn posed<'m>(model: Cow<'m, Model>, question: &Question) -> (Cow<'m, Model>, Question) {
+    if model.is_posed(question) {
+        return (model, question.clone());
+    }
+    let mut model = model.into_owned();
+    let question = model.pose(question);
+    (Cow::Owned(model), question)
+}
+
+/// The same, with the numbers of constants in place of their variables.
+pub(super) fn posed_with_constants<'m>(
+    model: Cow<'m, Model>,
+    question: &Question,
+) -> (Cow<'m, Model>, Question) {
+    let (model, question) = posed(model, question);
+    (Model::with_constants(model, &question), question)
+}
+
 /// For each ask, the original of each of its variables: a variable, and its element.
 type Back = Vec<HashMap<VariableId, (VariableId, Option<i64>)>>;
 

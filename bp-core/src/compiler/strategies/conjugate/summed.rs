@@ -185,14 +185,8 @@ fn refused_ask(
     if let Some(why) = dependent_draws(model, ask) {
         return Some(why);
     }
-    let moments = matches!(
-        ask.statistic,
-        Statistic::Distribution
-            | Statistic::Expectation
-            | Statistic::Variance
-            | Statistic::Entropy
-            | Statistic::Draw(_)
-    );
+    use Statistic::{Distribution, Draw, Entropy, Expectation, Variance};
+    let moments = matches!(ask.statistic, Distribution | Expectation | Variance | Entropy | Draw(_));
     match moments || ask.statistic.levels().is_some() {
         true => refused_of_reals(&ask.statistic, searched.len()),
         false => {
