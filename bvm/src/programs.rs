@@ -7,6 +7,7 @@ use bp_macros::bayesian_program;
 
 bayesian_program!("models/cell.bp");
 bayesian_program!("models/cell_joint.bp");
+bayesian_program!("models/change.bp");
 bayesian_program!("models/line_of_sight.bp");
 bayesian_program!("models/range_code.bp");
 bayesian_program!("models/population_code.bp");
@@ -26,6 +27,7 @@ bayesian_program!("models/tilt_translation.bp");
 bayesian_program!("models/gaze.bp");
 bayesian_program!("models/paper.bp");
 bayesian_program!("models/inhibited.bp");
+bayesian_program!("models/readable.bp");
 bayesian_program!("models/entropy_in_view.bp");
 bayesian_program!("models/information_gain.bp");
 bayesian_program!("models/attention.bp");

@@ -4,6 +4,7 @@
 //! twice at a look.
 
 use crate::error::Error;
+use crate::head::depth;
 use crate::map::{Heading, Map};
 use crate::vision::{EvidenceKind, RangeReading, Sight};
 use crate::world::sensors::{DepthCamera, Pose};
@@ -27,6 +28,7 @@ impl AllRound {
 
     /// One look in all directions.
     pub(super) fn look(&mut self, world: &World, map: &mut Map, time_s: f64) -> Result<(), Error> {
+        map.after(depth::STEP_S)?;
         let grid = map.grid().clone();
         let mut readings: Vec<Option<RangeReading>> = vec![None; grid.directions()];
         for pitch in PITCHES {

@@ -48,6 +48,8 @@ pub struct Head {
     gaze: Gaze,
     looks: usize,
     coverage: Coverage,
+    /// Time of the last look, s.
+    looked_s: Option<f64>,
 }
 
 impl Head {
@@ -55,7 +57,7 @@ impl Head {
     pub fn new(map: Map, senses: Vec<Box<dyn Sense>>, balance: Box<dyn Sense>, neck: Box<dyn Neck>) -> Self {
         let coverage = Coverage::of(map.grid(), neck.as_ref());
         let (attitude, gaze) = (Attitude::default(), Gaze::at(0.0, 0.0));
-        Self { map, senses, balance, neck, attitude, gaze, looks: 0, coverage }
+        Self { map, senses, balance, neck, attitude, gaze, looks: 0, coverage, looked_s: None }
     }
 
     /// One look.
@@ -63,7 +65,7 @@ impl Head {
     /// # Errors
     /// Those of the senses, the map and the policy. Wrong data of a sense are no errors: see [`Contribution::fault`].
     pub fn look(&mut self, policy: &mut dyn Policy) -> Result<Look, Error> {
-        let time_s = self.neck.time_s();
+        let time_s = self.time_passes()?;
         let truth = self.neck.truth();
         let mut contributions = Vec::new();
         let mut likelihoods = Vec::new();
@@ -98,6 +100,7 @@ impl Head {
         self.looks += 1;
         let begun = Instant::now();
         let heading = self.attitude.heading();
+        policy.covered(&self.coverage);
         let chosen = policy.choose(&self.map, &heading)?;
         let gaze_ms = milliseconds(begun);
         let (attitude, gaze) = (self.attitude, Gaze { azimuth: wrap_angle(self.gaze.azimuth), ..self.gaze });
@@ -119,6 +122,15 @@ impl Head {
             travel_rad: turned.travel_rad,
             stages_ms: Stages { estimate: estimate_ms, gaze: gaze_ms, turn: turn_ms },
         })
+    }
+
+    /// The time of a look that begins now; the map knows how long ago the last one was.
+    fn time_passes(&mut self) -> Result<f64, Error> {
+        let time_s = self.neck.time_s();
+        if let Some(before) = self.looked_s.replace(time_s) {
+            self.map.after(time_s - before)?;
+        }
+        Ok(time_s)
     }
 
     /// Turns the head, and balance feels it.
@@ -151,6 +163,7 @@ impl Head {
     /// # Errors
     /// Those of the senses and the policy.
     pub fn repeat(&mut self, look: &Look, policy: &mut dyn Policy) -> Result<(), Error> {
+        self.time_passes()?;
         for sense in &mut self.senses {
             sense.skip(&self.attitude)?;
         }

@@ -77,7 +77,7 @@ impl Joint {
     /// A likelihood of the wrong length.
     pub(super) fn step(
         &mut self,
-        motion: &[f32],
+        (epsilon, motion): (f64, &[f32]),
         velocity: &[f32],
         (sensors, readings): (usize, &[f32]),
         next: &mut cell::observe::Answer<f32>,
@@ -85,14 +85,16 @@ impl Joint {
         let velocity = self.with_outside(velocity, |at| motion[at]);
         let lean = self.with_outside(&self.lean, |_| 0.0);
         let readings = self.with_outside(readings, |_| 1.0);
-        let question = cell_joint::observe(&self.space, &self.moves).motion(motion).lean(&lean);
+        let question =
+            cell_joint::observe(&self.space, &self.moves).epsilon(epsilon).motion(motion).lean(&lean);
         let question = question.previous_v(&velocity).sensors(sensors);
         let report = question.sensors_i_reading(&readings).run_into(&mut self.observed)?;
         *next.distribution_o_mut() = self.without_outside(self.observed.distribution_o());
         *next.distribution_v_mut() = self.without_outside(self.observed.distribution_v());
         *next.entropy_o_v_mut() = self.without_outside(self.observed.entropy_o_v());
         *next.entropy_o_mut() = self.without_outside(self.observed.entropy_o());
-        let question = cell_joint::carried(&self.space, &self.moves).motion(motion).lean(&lean);
+        let question =
+            cell_joint::carried(&self.space, &self.moves).epsilon(epsilon).motion(motion).lean(&lean);
         let question = question.previous_v(&velocity).sensors(sensors);
         question.sensors_i_reading(&readings).run_into(&mut self.carried)?;
         let carried = self.without_outside(self.carried.distribution());

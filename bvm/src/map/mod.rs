@@ -17,7 +17,7 @@ pub use heading::Heading;
 
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::programs::cell;
+use crate::programs::{cell, change};
 use bp_core::compiler::exec::compiled::Report;
 use bp_core::compiler::space::{Edge, Moves, Space};
 use joint::Joint;
@@ -26,6 +26,10 @@ use rayon::prelude::*;
 /// The possible displacements of a cell's content in a step, along (ρ, φ, θ).
 pub const VELOCITIES: [[i32; 3]; 7] =
     [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+/// The least P(O = 1) with which a cell counts as occupied, in figures, files and reports alike: hearing alone raises cells that
+/// were never seen a little above one half.
+pub const OCCUPIED: f32 = 0.55;
 
 /// The likelihood of a sensor's reading for each cell: if the cell is empty, then if it is occupied, each by
 /// \[ρ\]\[φ\]\[θ\]. Ones where the reading is uninformative.
@@ -38,6 +42,8 @@ pub struct Map {
     space: Space,
     moves: Moves,
     motion: Vec<f32>,
+    /// That the occupancy of a cell changes in a step.
+    epsilon: f64,
     /// P(O) and P(V) of the last step, and the entropies.
     state: cell::observe::Answer<f32>,
     /// The buffer of the next step.
@@ -68,7 +74,8 @@ impl Map {
         *state.entropy_o_v_mut() = vec![unknown; cells];
         *state.entropy_o_mut() = vec![2f32.ln(); cells];
         let next = cell::observe::Answer::default();
-        Ok(Self { grid, space, moves, motion, state, next, readings: Vec::new(), joint: None })
+        let epsilon = cell::DEFAULT_EPSILON;
+        Ok(Self { grid, space, moves, motion, epsilon, state, next, readings: Vec::new(), joint: None })
     }
 
     /// An empty map that carries the joint distribution of O and V of each cell, not the paper's two marginals.
@@ -78,6 +85,16 @@ impl Map {
     pub fn with_joint(grid: Grid) -> Result<Self, Error> {
         let joint = Some(Joint::unknown(&grid)?);
         Ok(Self { joint, ..Self::new(grid)? })
+    }
+
+    /// The next step stands for some seconds: how much is forgotten in it, by `models/change.bp`. Without this a step has the
+    /// `epsilon` of `models/cell.bp`, whatever time it stands for.
+    ///
+    /// # Errors
+    /// A time that is negative or no number.
+    pub fn after(&mut self, seconds: f64) -> Result<(), Error> {
+        self.epsilon = change::change().dt(seconds).ask()?.p();
+        Ok(())
     }
 
     /// One step of the filter: prediction by constant velocity, estimation from the sensors' likelihoods. A cell whose
@@ -133,9 +150,9 @@ impl Map {
     ) -> Result<Report, Error> {
         if let Some(joint) = &mut self.joint {
             let velocity = self.state.distribution_v();
-            return joint.step(&self.motion, velocity, (sensors, readings), next);
+            return joint.step((self.epsilon, &self.motion), velocity, (sensors, readings), next);
         }
-        let question = cell::observe(&self.space, &self.moves).motion(&self.motion);
+        let question = cell::observe(&self.space, &self.moves).epsilon(self.epsilon).motion(&self.motion);
         let before = question.previous_o(self.state.distribution_o()).previous_v(self.state.distribution_v());
         Ok(before.sensors(sensors).sensors_i_reading(readings).run_into(next)?)
     }

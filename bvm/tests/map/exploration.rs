@@ -26,15 +26,15 @@ fn mean(scores: &[Score], of: impl Fn(&Score) -> f64) -> f64 {
 fn the_map_is_where_the_world_is() {
     // With readings shifted by whole columns, half a cell off, and each in the middle of one cell, seeds 1 to 20 have a
     // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0
-    // %.
+    // %; with the bins of the default and 0.004 for ε at each look they have 0.0395 nats and 17 false cells.
     let found = scores(EvidenceKind::Virtual, 1..=6);
     assert!(found[0].false_occupied <= 20, "the default run: {:?}", found[0]);
     for (score, seed) in found.iter().zip(1..) {
-        assert!(score.log_loss < 0.048 && score.found > 0.965, "seed {seed}: {score:?}");
+        assert!(score.log_loss < 0.032 && score.found > 0.96, "seed {seed}: {score:?}");
     }
     let (loss, false_cells) =
         (mean(&found, |score| score.log_loss), mean(&found, |score| score.false_occupied as f64));
-    assert!(loss < 0.042 && false_cells < 22.0, "{loss} nats, {false_cells} false cells");
+    assert!(loss < 0.023 && false_cells < 18.0, "{loss} nats, {false_cells} false cells");
 }
 
 #[test]
@@ -42,6 +42,27 @@ fn a_reading_in_the_middle_of_its_cell_costs_a_quarter_more() {
     let [spread, hard] = [EvidenceKind::Virtual, EvidenceKind::Hard]
         .map(|evidence| mean(&scores(evidence, 1..=2), |one| one.log_loss));
     assert!(hard > 1.15 * spread && hard < 0.057, "{hard} and {spread}");
+}
+
+#[test]
+fn what_is_forgotten_depends_on_the_time_and_not_on_the_number_of_steps() {
+    let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
+    let (cells, middle) = (grid.cells(), 8 * grid.directions() + 17);
+    // All cells are at ¾, so that motion changes none of them but at the ends of the lines of sight.
+    let mut likelihood = vec![1f32; 2 * cells];
+    likelihood[cells..].fill(3.0);
+    for steps in [1, 3] {
+        let mut map = Map::new(grid.clone()).unwrap();
+        map.observe(&[&likelihood]).unwrap();
+        for _ in 0..steps {
+            map.after(600.0 / f64::from(steps)).unwrap();
+            map.observe(&[]).unwrap();
+        }
+        // Ten minutes at 0.0006 changes a second, in a chain of two states: ½ + ¼ e^(−2 · 0.0006 · 600).
+        let p = f64::from(map.occupancy()[middle]);
+        assert!((p - (0.5 + 0.25 * (-0.72f64).exp())).abs() < 1e-5, "{steps} steps: {p}");
+    }
+    assert!(Map::new(grid).unwrap().after(-1.0).is_err(), "time does not go back");
 }
 
 #[test]
