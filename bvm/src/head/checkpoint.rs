@@ -173,11 +173,6 @@ impl Numbers<'_> {
 }
 
 impl Coverage {
-    /// The counts of looks and of readings of each direction.
-    fn counts(&self) -> (&[u16], &[u16]) {
-        (&self.looks, &self.readings)
-    }
-
     /// The same with other counts; `None` if they are not one for each direction.
     fn with_counts(&self, looks: Vec<u16>, readings: Vec<u16>) -> Option<Self> {
         let fits = looks.len() == self.looks.len() && readings.len() == self.readings.len();

@@ -6,15 +6,13 @@
 use super::sense::View;
 use super::stage::Neck;
 use crate::grid::Grid;
-use crate::map::Map;
 use crate::map::shift::solid_angles;
+use crate::map::{Map, OCCUPIED};
 use serde::Serialize;
 
 /// A direction is closed when its first occupied cell is this probable and all cells before it are empty with at least
 /// the same probability.
 const SURE: f32 = 0.9;
-/// A cell above this probability counts as a surface; an unknown one does not.
-const SURFACE: f32 = 0.55;
 /// After this many looks at a direction no more is expected of it.
 const ENOUGH: u16 = 8;
 
@@ -45,6 +43,11 @@ impl Coverage {
         let reaches = grid.all_directions().map(|direction| neck.reaches(grid.direction_centre(direction)));
         let none = vec![0; grid.directions()];
         Self { reaches: reaches.collect(), looks: none.clone(), readings: none }
+    }
+
+    /// For each direction: looks that had it in view, and those of them with a reading.
+    pub fn counts(&self) -> (&[u16], &[u16]) {
+        (&self.looks, &self.readings)
     }
 
     /// Adds the view of a look; an empty one has no effect.
@@ -86,7 +89,7 @@ impl Coverage {
         };
         let hidden = |direction: usize| {
             let first = (0..grid.cells_rho())
-                .position(|rho| map.occupancy()[rho * grid.directions() + direction] > SURFACE);
+                .position(|rho| map.occupancy()[rho * grid.directions() + direction] >= OCCUPIED);
             first.map_or(0, |first| grid.cells_rho() - 1 - first)
         };
         Unseeable {

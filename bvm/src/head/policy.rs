@@ -2,6 +2,7 @@
 //!
 //! In: the map and the heading. Out: a [`Gaze`]. Invariant: a policy knows nothing of the world.
 
+use super::Coverage;
 use crate::error::Error;
 use crate::map::{Heading, Likelihood, Map};
 use serde::{Deserialize, Serialize};
@@ -37,6 +38,9 @@ pub trait Policy {
 
     /// The likelihood of a sense, before the choice of the same look.
     fn sensed(&mut self, _sense: &str, _likelihood: &Likelihood) {}
+
+    /// How often each direction was in view, and gave a reading, before the choice of the same look.
+    fn covered(&mut self, _coverage: &Coverage) {}
 
     /// The gaze that the neck reached after the choice: the one that was chosen, within the limits of the neck.
     fn turned(&mut self, _gaze: &Gaze) {}

@@ -2,12 +2,14 @@
 //!
 //! In: maps seen in part. Out: gazes. Invariant: what each policy should prefer follows from its definition.
 
+use bvm::error::Error;
 use bvm::exploration::{Gazer, PolicyKind};
 use bvm::frame::{great_circle, wrap_angle};
 use bvm::grid::{Grid, GridConfiguration};
-use bvm::head::Policy;
 use bvm::head::depth::MOST_TILT;
+use bvm::head::{Attitude, Coverage, Gaze, Neck, Policy, Turned};
 use bvm::map::{Heading, Likelihood, Map};
+use bvm::programs::readable;
 use bvm::world::sensors::DepthCamera;
 
 fn grid() -> Grid {
@@ -92,6 +94,51 @@ fn without_a_map_the_null_policy_goes_around() {
         gazes.push((gaze.azimuth, gaze.elevation));
         gazer.turned(&gaze);
         heading.yaw = gaze.azimuth;
+    }
+}
+
+#[test]
+fn a_direction_that_gave_no_reading_is_left() {
+    // Two looks without a reading, by hand: .9 · .03² + .05 · .75² = .028935 for the kinds that give readings, .05 · .99² =
+    // .049005 for the one that gives none. Before any look .9 + .05.
+    let question = readable::readable::<f64>().directions(2);
+    let answer = question.readings(&[0.0, 0.0]).silent(&[2.0, 0.0]).ask().unwrap();
+    assert!(
+        (answer.p()[0] - 0.028935 / 0.07794).abs() < 1e-9 && (answer.p()[1] - 0.95).abs() < 1e-9,
+        "{:?}",
+        answer.p()
+    );
+    // The right side was in view five times, and gave nothing; the left side never was.
+    let map = Map::new(grid()).unwrap();
+    let mut coverage = Coverage::of(map.grid(), &Free);
+    let is_right = |direction| (-2.4..-0.5).contains(&map.grid().direction_centre(direction).0);
+    let view = map.grid().all_directions().map(|direction| is_right(direction).then_some(false)).collect();
+    (0..5).for_each(|_| coverage.add(&view));
+    let mut gazer = gazer(PolicyKind::Inhibited, map.grid());
+    let mut heading = Heading { yaw: -0.2 };
+    for _ in 0..3 {
+        gazer.covered(&coverage);
+        let gaze = gazer.choose(&map, &heading).unwrap();
+        assert!(!(-2.2..-0.7).contains(&gaze.azimuth), "{gaze:?}");
+        gazer.turned(&gaze);
+        heading.yaw = gaze.azimuth;
+    }
+}
+
+/// A neck without limits.
+struct Free;
+
+impl Neck for Free {
+    fn turn(&mut self, gaze: Gaze, _: &Attitude) -> Result<Turned, Error> {
+        Ok(Turned { gaze, seconds: 0.0, travel_rad: 0.0 })
+    }
+
+    fn reaches(&self, _: (f64, f64)) -> bool {
+        true
+    }
+
+    fn time_s(&self) -> f64 {
+        0.0
     }
 }
 

@@ -11,7 +11,7 @@ pub use field_of_view::{FieldOfView, Looks};
 
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::head::{Gaze, Policy};
+use crate::head::{Coverage, Gaze, Policy};
 use crate::map::{Heading, Likelihood, Map, shift::solid_angles};
 use crate::programs::{random, sweep};
 use crate::world::sensors::DepthCamera;
@@ -20,6 +20,9 @@ use bp_core::compiler::answer::argmax;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use worth::Worth;
+
+/// More looks at a direction count as this many, with the same share of readings: a surface does not stay for ever.
+const MOST_LOOKS: f32 = 20.0;
 
 /// A gaze policy.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
@@ -93,6 +96,8 @@ pub struct Gazer {
     elevation: f64,
     most_tilt: f64,
     heard: Option<Likelihood>,
+    /// Of each direction: looks with a reading, and without.
+    counts: [Vec<f32>; 2],
     worth: Worth,
     random: Random,
     /// Fields of view around the horizon, and the vertical angle of one, rad.
@@ -112,6 +117,7 @@ impl Gazer {
             elevation: 0.0,
             most_tilt,
             heard: None,
+            counts: [vec![0.0; grid.directions()], vec![0.0; grid.directions()]],
             worth: Worth::new(grid),
             random: seeded(seed, "gaze"),
             sweep: ((360.0 / across).ceil() as usize, across.to_radians(), upwards.to_radians()),
@@ -179,7 +185,7 @@ impl Policy for Gazer {
         let away = || self.field.away(heading.yaw);
         let summed = |worth: &[f32]| best(grid, &self.field.sums(worth), &away(), None);
         let chosen = match self.kind {
-            PolicyKind::Inhibited => summed(self.worth.inhibited(map, &self.looks)?),
+            PolicyKind::Inhibited => summed(self.worth.inhibited(map, &self.looks, &self.counts)?),
             PolicyKind::View => summed(self.worth.entropy_in_view(map)?),
             PolicyKind::InformationGain => summed(self.worth.information_gain(map)?),
             PolicyKind::Null => summed(self.worth.null(&self.looks)?),
@@ -200,6 +206,16 @@ impl Policy for Gazer {
     fn sensed(&mut self, sense: &str, likelihood: &Likelihood) {
         if sense == "hearing" && self.kind == PolicyKind::Attention {
             self.heard = Some(likelihood.clone());
+        }
+    }
+
+    fn covered(&mut self, coverage: &Coverage) {
+        let (looks, readings) = coverage.counts();
+        let [read, silent] = &mut self.counts;
+        for (at, (looks, readings)) in looks.iter().zip(readings).enumerate() {
+            let (looks, readings) = (f32::from(*looks), f32::from(*readings));
+            let share = if looks > MOST_LOOKS { MOST_LOOKS / looks } else { 1.0 };
+            (read[at], silent[at]) = (share * readings, share * (looks - readings));
         }
     }
 

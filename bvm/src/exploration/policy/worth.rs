@@ -8,7 +8,7 @@ use super::Looks;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::map::{Likelihood, Map};
-use crate::programs::{attention, entropy_in_view, gaze, information_gain, inhibited, null, paper};
+use crate::programs::{attention, entropy_in_view, gaze, information_gain, inhibited, null, paper, readable};
 
 /// The share of a sound's evidence that is left after a look.
 const SOUND_LEFT: f32 = 0.7;
@@ -20,6 +20,7 @@ const FEATURES: [f32; 2] = [0.001, 0.99];
 #[derive(Clone, Debug)]
 pub(super) struct Worth {
     directions: usize,
+    readable: readable::readable::Answer<f32>,
     inhibited: inhibited::worth::Answer<f32>,
     paper: paper::look::Answer<f32>,
     gaze: gaze::look::Answer<f32>,
@@ -28,6 +29,7 @@ pub(super) struct Worth {
     information: information_gain::worth::Answer<f32>,
     attention: attention::attended::Answer<f32>,
     looks: Vec<f32>,
+    reads: Vec<f32>,
     sums: Vec<f32>,
     sound: Vec<f32>,
 }
@@ -36,6 +38,7 @@ impl Worth {
     pub(super) fn new(grid: &Grid) -> Self {
         Self {
             directions: grid.directions(),
+            readable: Default::default(),
             inhibited: Default::default(),
             paper: Default::default(),
             gaze: Default::default(),
@@ -44,19 +47,33 @@ impl Worth {
             information: Default::default(),
             attention: Default::default(),
             looks: Vec::new(),
+            reads: Vec::new(),
             sums: Vec::new(),
             sound: vec![0.0; grid.directions()],
         }
     }
 
-    /// `models/inhibited.bp`, summed over the cells of each direction.
-    pub(super) fn inhibited(&mut self, map: &Map, looks: &Looks) -> Result<&[f32], Error> {
+    /// `models/inhibited.bp`, summed over the cells of each direction, with `models/readable.bp` of the counts of looks with a
+    /// reading and without.
+    pub(super) fn inhibited(
+        &mut self,
+        map: &Map,
+        looks: &Looks,
+        [readings, silent]: &[Vec<f32>; 2],
+    ) -> Result<&[f32], Error> {
+        let question = readable::readable().directions(self.directions);
+        question.readings(readings).silent(silent).run_into(&mut self.readable)?;
         self.looks.clear();
-        (0..map.grid().cells_rho()).for_each(|_| self.looks.extend_from_slice(looks.since()));
+        self.reads.clear();
+        for _ in 0..map.grid().cells_rho() {
+            self.looks.extend_from_slice(looks.since());
+            self.reads.extend_from_slice(self.readable.p());
+        }
         inhibited::worth(map.space())
             .map_p_o_c(map.occupancy())
             .map_h(map.entropy())
             .looks(&self.looks)
+            .reads(&self.reads)
             .run_into(&mut self.inhibited)?;
         self.sums.clear();
         self.sums.resize(self.directions, 0.0);
