@@ -30,7 +30,7 @@ pub(crate) fn experiment(
     let scenes = scenes.iter().map(|name| Scene::find(name));
     let scenes = scenes.collect::<Result<Vec<_>, _>>().map_err(raised_by_map)?;
     let contenders = policies.iter().map(|name| contender(name)).collect::<PyResult<Vec<_>>>()?;
-    let plan = Plan { scenes, contenders, seeds, steps };
+    let plan = Plan { scenes, contenders, seeds, steps, senses: None };
     let runs = patiently_until(py, move |unwanted| plan.measure(|| !unwanted.load(Relaxed)))?;
     let runs = runs.map_err(raised_by_map)?;
     serde_json::to_string(&runs).map_err(|error| wrong(error.to_string()))

@@ -3,6 +3,7 @@
 //! In: scenes, policies, seeds. Out: a file for each run, `summary.json`, `summary.csv`, curves, and tables. Invariant:
 //! a run that was interrupted is resumed: what is in the folder is not computed again.
 
+use super::explore::SenseName;
 use super::{check_folder, print};
 use bvm::error::Error;
 use bvm::experiment::{Contender, Plan, Summary};
@@ -38,9 +39,17 @@ pub(crate) struct Arguments {
     /// Looks of a run.
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     steps: u32,
-    /// Senses: depth, the fast head.
-    #[arg(long, default_value = "depth", value_parser = ["depth"], hide_possible_values = true)]
-    senses: String,
+    /// The senses, separated by commas.
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_enum,
+        value_delimiter = ',',
+        default_value = "depth",
+        hide_possible_values = true,
+        help = "The senses, separated by commas: depth, the fast head;\nor some of stereo, audio and imu"
+    )]
+    senses: Vec<SenseName>,
     /// Number of threads; all cores without this.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -71,13 +80,17 @@ const DEFAULT_SCENES: [&str; 11] = [
 ];
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
+    let senses = SenseName::whole(&arguments.senses)?;
     check_folder(&arguments.out)?;
+    if !arguments.resume {
+        Plan::clear(&arguments.out)?;
+    }
     let scenes: Vec<Scene> =
         arguments.scenes.iter().map(|name| Scene::find(name)).collect::<Result<_, _>>()?;
     let all = || PolicyKind::ALL.map(Contender::Policy).to_vec();
     let contenders = if arguments.policies.is_empty() { all() } else { arguments.policies.clone() };
     let (seeds, steps) = ((1..=arguments.seeds).collect(), arguments.steps as usize);
-    let plan = Plan { scenes, contenders, seeds, steps };
+    let plan = Plan { scenes, contenders, seeds, steps, senses };
     let bar = ProgressBar::new(plan.runs().len() as u64);
     let style = ProgressStyle::with_template("[{bar:40}] {pos}/{len} runs, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -105,7 +118,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
          \x20          look, 0 % for a head that sees the whole sphere at each look\n\
          area       the same on average over all looks\n\
          50, 90 %   looks to that part of the oracle's reduction; – if most seeds never do\n\
-         µs         median time of a decision\n",
+         µs         median time of a decision\n\
+         s          seconds, turns included: to 90 %, until a moving body was in the map\n\
+         \x20          where it was, until a bearing pointed to a source\n",
     );
     files.iter().for_each(|file| print(&format!("wrote {}", file.display())));
     Ok(())

@@ -44,16 +44,19 @@ impl Contender {
         }
     }
 
-    /// The policy in a world; none for the floor.
-    pub(super) fn policy(self, world: &World, grid: &Grid, seed: u64) -> Option<Box<dyn Policy>> {
-        let camera = DepthCamera::default();
+    /// The policy in a world, for a camera and its largest tilt, rad; none for the floor.
+    pub(super) fn policy(
+        self,
+        world: &World,
+        grid: &Grid,
+        (camera, most_tilt): (DepthCamera, f64),
+        seed: u64,
+    ) -> Option<Box<dyn Policy>> {
         match self {
-            Contender::Policy(kind) => {
-                Some(Box::new(Gazer::new(kind, &camera, grid, depth::MOST_TILT, seed)))
-            }
+            Contender::Policy(kind) => Some(Box::new(Gazer::new(kind, &camera, grid, most_tilt, seed))),
             Contender::Oracle => Some(Box::new(Oracle {
                 world: world.clone(),
-                field: FieldOfView::of(&camera, grid, depth::MOST_TILT),
+                field: FieldOfView::of(&camera, grid, most_tilt),
                 looks: 0,
             })),
             Contender::Floor => None,

@@ -5,16 +5,19 @@
 
 mod contender;
 mod floor;
+mod found;
 mod run;
 mod statistics;
 mod summary;
 
 pub use contender::Contender;
+pub use found::Found;
 pub use run::{Measured, Run};
 pub use statistics::{Mean, mean};
 pub use summary::{Figures, Summary};
 
 use crate::error::Error;
+use crate::head::real::Senses;
 use crate::report::write_atomically;
 use crate::world::scene::Scene;
 use rayon::prelude::*;
@@ -31,6 +34,8 @@ pub struct Plan {
     pub seeds: Vec<u64>,
     /// Looks of a run.
     pub steps: usize,
+    /// The senses of the whole head; none for the fast head.
+    pub senses: Option<Senses>,
 }
 
 impl Plan {
@@ -55,7 +60,7 @@ impl Plan {
     /// # Errors
     /// An error of a run.
     pub fn measure(&self, wanted: impl Fn() -> bool + Sync) -> Result<Vec<Run>, Error> {
-        let Self { scenes, contenders, seeds, steps } = self;
+        let Self { scenes, contenders, seeds, steps, senses } = self;
         let mut runs = Vec::new();
         for scene in scenes {
             for contender in contenders {
@@ -63,7 +68,34 @@ impl Plan {
             }
         }
         let wanted = runs.into_par_iter().filter(|_| wanted());
-        wanted.map(|(scene, contender, seed)| run::run(scene, contender, seed, *steps)).collect()
+        wanted.map(|(scene, contender, seed)| run::run(scene, *senses, contender, seed, *steps)).collect()
+    }
+
+    /// Removes what an earlier experiment left in a folder: its runs, summaries and curves. A folder without a
+    /// summary is left as it is.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn clear(folder: &Path) -> Result<(), Error> {
+        let remove = |folder: &Path, is_own: &dyn Fn(&str) -> bool| -> Result<(), Error> {
+            let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
+            let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
+            for path in names.filter(|name| is_own(name)).map(|name| folder.join(name)) {
+                if path.is_file() {
+                    let failed = |source| Error::Folder { path: folder.to_owned(), source };
+                    std::fs::remove_file(&path).map_err(failed)?;
+                }
+            }
+            Ok(())
+        };
+        if !folder.join("summary.json").is_file() {
+            return Ok(());
+        }
+        remove(&folder.join("runs"), &|name| name.ends_with(".json"))?;
+        remove(folder, &|name| {
+            let is_curve = name.ends_with("_reachable.png") || name.ends_with("_log_loss.png");
+            is_curve || matches!(name, "summary.json" | "summary.csv")
+        })
     }
 
     /// Runs what the folder does not have yet; with `resume` false, everything. `done` is called after each run.
@@ -79,7 +111,7 @@ impl Plan {
             let run = match kept {
                 Some(run) => run,
                 None => {
-                    let run = run::run(scene, *contender, *seed, self.steps)?;
+                    let run = run::run(scene, self.senses, *contender, *seed, self.steps)?;
                     let json = serde_json::to_string(&run).expect("internal: figures are numbers");
                     write_atomically(&path, json.as_bytes())?;
                     // As it is read when the experiment is resumed: a number may differ in its last bit.

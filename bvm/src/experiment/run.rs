@@ -5,13 +5,15 @@
 
 use super::contender::Contender;
 use super::floor::AllRound;
+use super::found::Found;
 use crate::error::Error;
 use crate::exploration::Score;
 use crate::grid::{Grid, GridConfiguration};
-use crate::head::depth;
+use crate::head::{depth, real};
 use crate::map::Map;
 use crate::vision::EvidenceKind;
 use crate::world::scene::Scene;
+use crate::world::sensors::DepthCamera;
 use crate::world::{CellTruth, World};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -58,6 +60,9 @@ pub struct Run {
     pub looks: Vec<Measured>,
     /// Median time of a decision, µs.
     pub decision_us: f64,
+    /// Seconds until the map had a moving body where it was, and until a sound was heard from where it came.
+    #[serde(default)]
+    pub found: Found,
 }
 
 impl Run {
@@ -73,24 +78,43 @@ impl Run {
     }
 }
 
-/// Runs and measures.
-pub(super) fn run(scene: &Scene, contender: Contender, seed: u64, steps: usize) -> Result<Run, Error> {
+/// Runs and measures. Without `senses` the head is the fast one of [`depth`]; the floor always has its camera.
+pub(super) fn run(
+    scene: &Scene,
+    senses: Option<real::Senses>,
+    contender: Contender,
+    seed: u64,
+    steps: usize,
+) -> Result<Run, Error> {
     let world = scene.world(seed);
     let grid = Grid::new(GridConfiguration::default_exploration())?;
     let sum = |values: &[f32]| values.iter().map(|value| f64::from(*value)).sum::<f64>();
     let (mut looks, mut decisions) = (Vec::new(), Vec::new());
     let initial;
-    match contender.policy(&world, &grid, seed) {
+    let mut found = Found::default();
+    let neck = match senses {
+        None => (DepthCamera::default(), depth::MOST_TILT),
+        Some(_) => (real::camera_of(scene), real::most_tilt(scene)),
+    };
+    match contender.policy(&world, &grid, neck, seed) {
         Some(mut policy) => {
-            let mut head = depth::head(world.clone(), EvidenceKind::Virtual, seed)?;
+            let mut head = match senses {
+                None => depth::head(world.clone(), EvidenceKind::Virtual, seed)?,
+                Some(senses) => real::head(scene, senses, seed)?.0,
+            };
             initial = [sum(head.map().entropy()), sum(head.map().occupancy_entropy())];
-            let (mut seconds, mut travel) = (0.0, 0.0);
+            let (mut turned_s, mut travel) = (0.0, 0.0);
             for number in 1..=steps {
                 let look = head.look(policy.as_mut())?;
                 decisions.push(look.stages_ms.gaze * 1e3);
-                let at = number as f64 * depth::STEP_S + seconds;
+                // The world of the fast head stands still while it turns.
+                let at = match senses {
+                    None => number as f64 * depth::STEP_S + turned_s,
+                    Some(_) => look.time_s + real::LOOK_S,
+                };
+                found.look(&world, head.map(), &look, at);
                 looks.push(measure(head.map(), &world, look.time_s, at, travel));
-                (seconds, travel) = (seconds + look.turn_s, travel + look.travel_rad);
+                (turned_s, travel) = (turned_s + look.turn_s, travel + look.travel_rad);
             }
         }
         None => {
@@ -105,7 +129,7 @@ pub(super) fn run(scene: &Scene, contender: Contender, seed: u64, steps: usize) 
     }
     decisions.sort_by(f64::total_cmp);
     let decision_us = decisions.get(decisions.len() / 2).copied().unwrap_or(0.0);
-    Ok(Run { scene: scene.name.clone(), contender, seed, steps, initial, looks, decision_us })
+    Ok(Run { scene: scene.name.clone(), contender, seed, steps, initial, looks, decision_us, found })
 }
 
 fn measure(map: &Map, world: &World, time_s: f64, seconds: f64, travel_rad: f64) -> Measured {

@@ -9,10 +9,10 @@ use serde::Serialize;
 pub struct Mean {
     /// The mean.
     pub mean: f64,
-    /// Its standard error; 0 for a single number.
-    pub standard_error: f64,
-    /// Half the width of the 95 % confidence interval; 0 for a single number.
-    pub half_width: f64,
+    /// Its standard error; none for a single number.
+    pub standard_error: Option<f64>,
+    /// Half the width of the 95 % confidence interval; none for a single number.
+    pub half_width: Option<f64>,
 }
 
 /// The 0.975 quantiles of Student's t for 1 to 30 degrees of freedom.
@@ -34,7 +34,7 @@ pub fn mean(values: &[f64]) -> Mean {
     let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
     let standard_error = (variance / count).sqrt();
     let quantile = T.get(values.len() - 2).copied().unwrap_or(1.96);
-    Mean { mean, standard_error, half_width: quantile * standard_error }
+    Mean { mean, standard_error: Some(standard_error), half_width: Some(quantile * standard_error) }
 }
 
 #[cfg(test)]
@@ -46,8 +46,12 @@ mod tests {
         // Mean 3, variance 20/3, standard error √(5/3) = 1.291; t(3) = 3.182.
         let found = mean(&[0.0, 2.0, 4.0, 6.0]);
         assert_eq!(found.mean, 3.0);
-        assert!((found.standard_error - (5.0f64 / 3.0).sqrt()).abs() < 1e-12);
-        assert!((found.half_width - 3.182 * found.standard_error).abs() < 1e-12);
-        assert_eq!(mean(&[2.0]), Mean { mean: 2.0, ..Mean::default() });
+        assert!((found.standard_error.unwrap() - (5.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        assert!((found.half_width.unwrap() - 3.182 * found.standard_error.unwrap()).abs() < 1e-12);
+        assert_eq!(
+            mean(&[2.0]),
+            Mean { mean: 2.0, standard_error: None, half_width: None },
+            "one number has no spread"
+        );
     }
 }

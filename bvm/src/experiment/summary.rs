@@ -44,6 +44,10 @@ pub struct Figures {
     pub looks_to_most: Mean,
     /// Seconds to 90 % of it.
     pub seconds_to_most: Mean,
+    /// Seconds until the map had a moving body where it was; the mean of the seeds that found one.
+    pub seconds_to_body: Mean,
+    /// Seconds until a bearing pointed to a source; the mean of the seeds that found one.
+    pub seconds_to_source: Mean,
     /// Share of the seeds that reached 90 % of it.
     pub reached: f64,
     /// How far the head turned, rad.
@@ -125,6 +129,8 @@ impl Summary {
                 looks_to_half: reached(&|one| one.half.map(|look| look as f64 + 1.0)),
                 looks_to_most: reached(&|one| one.most.map(|look| look as f64 + 1.0)),
                 seconds_to_most: reached(&|one| one.most.map(|look| one.run.looks[look].seconds)),
+                seconds_to_body: reached(&|one| one.run.found.body_s),
+                seconds_to_source: reached(&|one| one.run.found.source_s),
                 reached: got_there as f64 / all.len().max(1) as f64,
                 travel_rad: last(|look| look.travel_rad),
                 decision_us: over(&|one| one.run.decision_us),
@@ -156,10 +162,10 @@ impl Summary {
                 false => "–".to_owned(),
             };
             table += &format!(
-                "{:<17}{:>7.4} ±{:.4}{:>7.3}{:>7.3}{:>6.1}%{:>6.1}%{:>6}{:>6}{:>8.0}\n",
+                "{:<17}{:>7.4} {:<7}{:>7.3}{:>7.3}{:>6.1}%{:>6.1}%{:>6}{:>6}{:>8.0}\n",
                 one.contender.name(),
                 one.log_loss.mean,
-                one.log_loss.standard_error,
+                one.log_loss.standard_error.map_or(String::new(), |error| format!("±{error:.4}")),
                 one.precision.mean,
                 one.recall.mean,
                 100.0 * one.reachable.mean,
@@ -169,7 +175,22 @@ impl Summary {
                 one.decision_us.mean,
             );
         }
-        table
+        table + &self.times(scene)
+    }
+
+    /// The seconds of each participant, as lines below the table.
+    fn times(&self, scene: &str) -> String {
+        let mut lines = format!("{:<17}{:>12}{:>14}{:>14}\n", "", "s to 90 %", "s to body", "s to source");
+        for one in self.figures.iter().filter(|one| one.scene == scene) {
+            let seconds = |mean: &Mean| match mean.mean > 0.0 {
+                true => format!("{:.1}", mean.mean),
+                false => "–".to_owned(),
+            };
+            let [most, body, source] =
+                [&one.seconds_to_most, &one.seconds_to_body, &one.seconds_to_source].map(seconds);
+            lines += &format!("{:<17}{most:>12}{body:>14}{source:>14}\n", one.contender.name());
+        }
+        lines
     }
 
     /// The scenes, in order.
@@ -202,7 +223,10 @@ impl Summary {
                 own.map(|curves| band(curves.contender.name(), values(curves))).collect()
             };
             let seeds = self.figures.iter().filter(|one| one.scene == scene).map(|one| one.seeds).max();
-            let what = format!("{scene}: mean of {} seeds, 95 % confidence", seeds.unwrap_or(0));
+            let what = match seeds.unwrap_or(0) {
+                1 => format!("{scene}: one seed"),
+                seeds => format!("{scene}: mean of {seeds} seeds, 95 % confidence"),
+            };
             for (name, quantity, curves) in [
                 ("reachable", "H(O) of visible cells (1: first, 0: floor)", of(|curves| &curves.shares)),
                 ("log_loss", "log-loss per visible cell (nats)", of(|curves| &curves.losses)),
@@ -217,7 +241,7 @@ impl Summary {
     }
 
     fn csv(&self) -> String {
-        let columns: [Column; 12] = [
+        let columns: [Column; 14] = [
             ("log_loss", |one| one.log_loss),
             ("precision", |one| one.precision),
             ("recall", |one| one.recall),
@@ -229,13 +253,21 @@ impl Summary {
             ("looks_to_half", |one| one.looks_to_half),
             ("looks_to_most", |one| one.looks_to_most),
             ("seconds_to_most", |one| one.seconds_to_most),
+            ("seconds_to_body", |one| one.seconds_to_body),
+            ("seconds_to_source", |one| one.seconds_to_source),
             ("travel_rad", |one| one.travel_rad),
         ];
         let names = columns.iter().map(|(name, _)| format!("{name},{name}_se")).collect::<Vec<_>>().join(",");
         let mut csv = format!("scene,policy,seeds,{names},reached,decision_us\n");
         for one in &self.figures {
             let numbers = columns.iter().map(|(_, of)| of(one));
-            let numbers = numbers.map(|mean| format!("{},{}", mean.mean, mean.standard_error));
+            let numbers = numbers.map(|mean| {
+                format!(
+                    "{},{}",
+                    mean.mean,
+                    mean.standard_error.map_or(String::new(), |error| error.to_string())
+                )
+            });
             csv += &format!(
                 "{},{},{},{},{},{}\n",
                 one.scene,
@@ -290,7 +322,8 @@ fn band(name: &str, curves: &[Vec<f64>]) -> Band {
     let at = |look: usize| mean(&curves.iter().map(|curve| curve[look]).collect::<Vec<_>>());
     let points = (0..looks).map(|look| {
         let mean = at(look);
-        [(look + 1) as f64, mean.mean, mean.mean - mean.half_width, mean.mean + mean.half_width]
+        let half_width = mean.half_width.unwrap_or(0.0);
+        [(look + 1) as f64, mean.mean, mean.mean - half_width, mean.mean + half_width]
     });
     Band { name: name.to_owned(), points: points.collect() }
 }

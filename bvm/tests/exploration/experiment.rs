@@ -4,6 +4,7 @@
 
 use bvm::experiment::{Contender, Plan, Run, Summary};
 use bvm::exploration::PolicyKind;
+use bvm::head::real::Senses;
 use bvm::world::scene::Scene;
 
 fn plan() -> Plan {
@@ -12,6 +13,7 @@ fn plan() -> Plan {
         contenders: [PolicyKind::Inhibited, PolicyKind::Random].map(Contender::Policy).to_vec(),
         seeds: vec![1, 2],
         steps: 3,
+        senses: None,
     }
 }
 
@@ -54,10 +56,34 @@ fn runs_are_the_same_for_one_and_four_threads_and_are_resumed() {
         assert!(share > 0.02 && share < 0.98, "{contender:?}: {share}");
     }
     assert!(summary.table("furnished").lines().all(|line| line.chars().count() <= 80));
+    assert!(summary.table("furnished").contains('±'));
+    let of_one: Vec<Run> = one.iter().filter(|run| run.seed == 1).cloned().collect();
+    assert!(!Summary::of(&of_one).table("furnished").contains('±'), "one seed has no spread");
     let written = summary.write(&out).unwrap();
     assert!(written.iter().all(|path| path.is_file()));
     let csv = std::fs::read_to_string(out.join("summary.csv")).unwrap();
     assert_eq!(csv.lines().count(), 5);
     let columns: Vec<usize> = csv.lines().map(|line| line.split(',').count()).collect();
     assert!(columns.iter().all(|count| *count == columns[0]), "{columns:?}");
+}
+
+#[test]
+fn the_whole_head_takes_part() {
+    let scene = Scene::find("speaker_behind").unwrap();
+    let senses = Senses { stereo: true, audio: true, imu: true, joint: false };
+    let plan = Plan {
+        scenes: vec![scene],
+        contenders: vec![Contender::Policy(PolicyKind::Sweep)],
+        seeds: vec![1],
+        steps: 3,
+        senses: Some(senses),
+    };
+    let runs = plan.measure(|| true).unwrap();
+    let looks = &runs[0].looks;
+    assert_eq!((runs.len(), looks.len()), (1, 3));
+    // Each look takes the time that the ears listen, 0.3 s, and the turn before it.
+    assert!(looks.windows(2).all(|pair| pair[1].seconds > pair[0].seconds + 0.3), "{looks:?}");
+    assert!(looks[2].log_loss < looks[0].log_loss && looks[2].travel_rad > 0.5, "{looks:?}");
+    // The map has the speaker where it is once the sweep has it in view, if at all.
+    assert!(runs[0].found.body_s.is_none_or(|seconds| seconds >= looks[0].seconds));
 }
