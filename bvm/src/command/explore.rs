@@ -111,7 +111,7 @@ pub(crate) fn policy_parser() -> impl TypedValueParser<Value = PolicyKind> {
 
 /// A sense, as an argument.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum SenseName {
+pub(crate) enum SenseName {
     Depth,
     Stereo,
     Audio,
@@ -119,6 +119,26 @@ enum SenseName {
 }
 
 impl SenseName {
+    /// The senses of a whole head; none for the fast one.
+    ///
+    /// # Errors
+    /// Depth together with another sense.
+    pub(crate) fn whole(names: &[Self]) -> Result<Option<real::Senses>, Error> {
+        let has = |sense: SenseName| names.contains(&sense);
+        match (has(SenseName::Depth), names.iter().any(|sense| *sense != SenseName::Depth)) {
+            (true, true) => Err(Error::Scene(String::from(
+                "--senses: depth goes with no other sense: expected depth, or some of stereo, audio and imu",
+            ))),
+            (true, false) => Ok(None),
+            _ => Ok(Some(real::Senses {
+                stereo: has(SenseName::Stereo),
+                audio: has(SenseName::Audio),
+                imu: has(SenseName::Imu),
+                joint: false,
+            })),
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             SenseName::Depth => "depth",
@@ -131,14 +151,8 @@ impl SenseName {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let scene = Scene::find(&arguments.scene)?;
-    let has = |sense: SenseName| arguments.senses.contains(&sense);
-    let is_fast = has(SenseName::Depth);
-    let others = arguments.senses.iter().any(|sense| *sense != SenseName::Depth);
-    if is_fast && others {
-        return Err(Error::Scene(String::from(
-            "--senses: depth goes with no other sense: expected depth, or some of stereo, audio and imu",
-        )));
-    }
+    let whole = SenseName::whole(&arguments.senses)?;
+    let is_fast = whole.is_none();
     let evidence: EvidenceKind = arguments.evidence.into();
     if !is_fast && evidence == EvidenceKind::Hard {
         let reason = "--evidence hard is for --senses depth: pictures give whole population codes";
@@ -147,19 +161,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     check_folder(&arguments.out)?;
     std::fs::create_dir_all(&arguments.out)
         .map_err(|source| Error::Folder { path: arguments.out.clone(), source })?;
-    let senses = real::Senses {
-        stereo: has(SenseName::Stereo),
-        audio: has(SenseName::Audio),
-        imu: has(SenseName::Imu),
-        joint: arguments.joint,
-    };
+    if !arguments.resume {
+        Record::clear(&arguments.out)?;
+    }
     let options = depth::Options { missing: arguments.missing, joint: arguments.joint };
-    let head = || match is_fast {
-        true => {
+    let head = || match whole {
+        None => {
             let world = scene.world(arguments.seed);
             Ok((depth::head_with(world, evidence, options, arguments.seed)?, None))
         }
-        false => real::head(&scene, senses, arguments.seed).map(|(head, shown)| (head, Some(shown))),
+        Some(senses) => real::head(&scene, real::Senses { joint: arguments.joint, ..senses }, arguments.seed)
+            .map(|(head, shown)| (head, Some(shown))),
     };
     let mut policies = vec![arguments.policy];
     if is_fast {
@@ -230,7 +242,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
     let account = accounts.swap_remove(0);
     let text = account.text();
     let is_default = is_fast && arguments.scene == DEFAULT && !is_interrupted;
-    let mut report = Report::new(arguments.seed, evidence, &episodes);
+    let mut report = Report::new(&scene.name, arguments.seed, evidence, &episodes);
     if !is_default {
         report = report.with(account);
     }

@@ -15,6 +15,32 @@ use crate::map::Map;
 use crate::report::write_atomically;
 use std::path::{Path, PathBuf};
 
+/// The files that every run writes under the same names.
+const LEFT: [&str; 12] = [
+    "run.json",
+    "report.html",
+    "map.ply",
+    "map.bt",
+    "map.ot",
+    "entropy.png",
+    "entropy_of_occupancy.png",
+    "occupancy_panorama.png",
+    "entropy_panorama.png",
+    "gaze_path.png",
+    "top_view.png",
+    "cameras.png",
+];
+
+/// Whether a name is that of a checkpoint.
+fn is_checkpoint(name: &str) -> bool {
+    name.starts_with("checkpoint-") && name.ends_with(".bvm")
+}
+
+/// Whether a name is that of a checkpoint or of a recording, of which there may be several.
+fn is_numbered(name: &str) -> bool {
+    is_checkpoint(name) || name == "run.mcap" || name.starts_with("run_") && name.ends_with(".mcap")
+}
+
 /// The file of the recording: of a resumed run the first that does not exist yet.
 #[cfg(feature = "recording")]
 fn recording(folder: &Path, resumed: bool) -> PathBuf {
@@ -56,6 +82,29 @@ impl Record {
             recording,
             fault: None,
         })
+    }
+
+    /// Removes what an earlier run left in a folder, so that its files do not pass for those of the next one. A folder without
+    /// a run's own files is left as it is, and so are files of other names.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn clear(folder: &Path) -> Result<(), Error> {
+        let failed = |source| Error::Folder { path: folder.to_owned(), source };
+        let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
+        let names: Vec<String> =
+            entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+        if !names.iter().any(|name| name == "run.json" || is_checkpoint(name)) {
+            return Ok(());
+        }
+        let of_a_run = |name: &&String| LEFT.contains(&name.as_str()) || is_numbered(name);
+        for name in names.iter().filter(of_a_run) {
+            let path = folder.join(name);
+            if path.is_file() {
+                std::fs::remove_file(&path).map_err(failed)?;
+            }
+        }
+        Ok(())
     }
 
     /// Adds a look. An error is kept for [`Record::leave`], so that the run goes on.

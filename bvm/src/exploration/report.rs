@@ -7,6 +7,7 @@ use super::{Episode, PolicyKind, Score, Step};
 use crate::error::Error;
 use crate::frame::wrap_angle;
 use crate::head::Account;
+use crate::map::OCCUPIED;
 use crate::report::{
     ColourMap, Panorama, Picture, Series, TopView, Window, entropy_curves, first_occupied_range, mean,
     panorama, top_view, write_atomically,
@@ -17,13 +18,14 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Margin by which a cell must be more likely occupied than not to be drawn as the first occupied one.
-const MARGIN: f32 = 0.05;
+const MARGIN: f32 = OCCUPIED - 0.5;
 
 /// A run, as in `run.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Axes and angles of the map.
     frame: &'static str,
+    scene: String,
     seed: u64,
     steps: usize,
     /// The evidence from a range reading.
@@ -57,8 +59,8 @@ struct PolicyReport {
 }
 
 impl Report {
-    /// Collects the figures of a run.
-    pub fn new(seed: u64, evidence: EvidenceKind, episodes: &[Episode]) -> Self {
+    /// Collects the figures of a run in a scene.
+    pub fn new(scene: &str, seed: u64, evidence: EvidenceKind, episodes: &[Episode]) -> Self {
         let policies = episodes.iter().map(|episode| {
             let share = |value: &dyn Fn(&Step) -> f64, initial: f64| {
                 let shares: Vec<f64> = episode.steps.iter().map(|step| value(step) / initial).collect();
@@ -83,6 +85,7 @@ impl Report {
         let grid = episodes.first().map(|episode| *episode.map.grid().configuration());
         Self {
             frame: crate::frame::DESCRIPTION,
+            scene: scene.to_owned(),
             seed,
             evidence,
             steps: episodes.first().map_or(0, |episode| episode.steps.len()),

@@ -3,12 +3,9 @@
 //! In: the map, and the true state of each cell. Out: its accuracy over the cells that an observer at the head can
 //! judge: free cells, and the first surface of each line of sight. Invariant: hidden cells do not count.
 
-use crate::map::Map;
+use crate::map::{Map, OCCUPIED};
 use crate::world::CellTruth;
 use serde::Serialize;
-
-/// The least probability with which a cell counts as occupied.
-const OCCUPIED: f32 = 0.5;
 
 /// The least probability in the mean, so that a single cell with a certain but wrong state does not dominate it.
 const LEAST: f64 = 1e-6;
@@ -18,10 +15,10 @@ const LEAST: f64 = 1e-6;
 pub struct Score {
     /// Mean −ln P of the true state of each visible cell, nats.
     pub log_loss: f64,
-    /// Number of free cells with P(O) above the threshold, except the last one before the first surface of its line of
+    /// Number of free cells that count as [`OCCUPIED`], except the last one before the first surface of its line of
     /// sight, which is a surface one cell too near.
     pub false_occupied: usize,
-    /// Share of the first surface cells with P(O) above the threshold: the recall of surfaces.
+    /// Share of the first surface cells that count as occupied: the recall of surfaces.
     pub found: f64,
     /// Share of the found surface cells among these and the false ones; 1 if there are none of either.
     pub precision: f64,
@@ -35,7 +32,7 @@ impl Score {
         let (mut loss, mut cells, mut false_occupied) = (0.0, 0usize, 0);
         let (mut surfaces, mut found) = (0usize, 0usize);
         for (index, (truth_here, p)) in truth.iter().zip(map.occupancy()).enumerate() {
-            let taken = *p > OCCUPIED;
+            let taken = *p >= OCCUPIED;
             let p_of_truth = match truth_here {
                 CellTruth::Hidden => continue,
                 CellTruth::Free => {
@@ -92,10 +89,13 @@ mod tests {
         for cell in [4, 2, 5, 7] {
             likelihood[12 + cell] = 3.0;
         }
+        // A free cell that was only heard, P(O) = 1.1 / 2.1, does not count as occupied.
+        likelihood[12] = 1.1;
         map.observe(&[&likelihood]).unwrap();
         let score = Score::of(&map, &truth);
-        // Of the nine cells that can be seen two are wrongly at ¾, one rightly, six at ½.
-        let expected = -(2.0 * 0.25f64.ln() + 0.75f64.ln() + 6.0 * 0.5f64.ln()) / 9.0;
+        // Of the nine cells that can be seen two are wrongly at ¾, one rightly, one was heard, five are at ½.
+        let heard = (1.0f64 / 2.1).ln();
+        let expected = -(2.0 * 0.25f64.ln() + 0.75f64.ln() + heard + 5.0 * 0.5f64.ln()) / 9.0;
         assert!((score.log_loss - expected).abs() < 1e-6, "{score:?}");
         assert_eq!(score.false_occupied, 1);
         assert!((score.found - 1.0 / 3.0).abs() < 1e-12);

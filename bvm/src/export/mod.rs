@@ -17,10 +17,7 @@ pub use ply::write as write_ply;
 pub use recording::Recorder;
 
 use crate::grid::Grid;
-use crate::map::{Map, VELOCITIES};
-
-/// The least probability with which a cell counts as occupied: hearing alone raises unseen cells a little above one half.
-pub const OCCUPIED: f32 = 0.55;
+use crate::map::{Map, OCCUPIED, VELOCITIES};
 
 /// An occupied cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

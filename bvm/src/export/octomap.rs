@@ -6,7 +6,7 @@
 //! Invariant: eight children with the same state are one node.
 
 use crate::frame::Spherical;
-use crate::map::Map;
+use crate::map::{Map, OCCUPIED};
 use crate::report::{ReportError, write_atomically};
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub const RESOLUTION_M: f64 = 0.1;
 const DEPTH: u32 = 16;
 
 /// A cell whose P(O = 1) is within this margin of one half is unknown.
-const MARGIN: f32 = 0.05;
+const MARGIN: f32 = OCCUPIED - 0.5;
 
 /// OctoMap's bounds of a probability in a map.
 const BOUNDS: [f32; 2] = [0.1192, 0.971];

@@ -5,11 +5,10 @@
 
 use crate::frame::{Spherical, unit_vector};
 use crate::grid::Cell;
-use crate::map::{Map, VELOCITIES};
+use crate::map::{Map, OCCUPIED, VELOCITIES};
 use serde::Serialize;
 
-/// A cell belongs to a cluster if it is occupied and moves with at least these probabilities.
-const OCCUPIED: f32 = 0.5;
+/// A cell belongs to a cluster if it is [`OCCUPIED`], and moves with at least this probability.
 const MOVES: f32 = 0.5;
 /// Least sum of the weights of a cluster, in cells.
 const LEAST: f64 = 2.0;

@@ -158,6 +158,19 @@ fn truth_reads_free_then_surface_then_hidden() {
 }
 
 #[test]
+fn lines_that_end_where_nothing_is_read_are_hidden() {
+    let grid = Grid::new(GridConfiguration::default_exploration()).unwrap();
+    let hidden = |walls: Surface| {
+        let world = World { walls, things: Vec::new(), bodies: Vec::new(), ..World::embedded(3) };
+        let state = world.truth_state(&grid, 0.0);
+        state.iter().filter(|state| **state == CellTruth::Hidden).count()
+    };
+    let black = Surface { albedo: 0.01, contrast: 0.0, transparent: false };
+    assert_eq!(hidden(black), grid.cells());
+    assert!(hidden(Surface::default()) < grid.cells() / 2);
+}
+
+#[test]
 fn the_field_of_view_is_a_pyramid_that_pitches() {
     let camera = DepthCamera::default();
     let sees = |azimuth, elevation, pitch: f64| {

@@ -3,7 +3,7 @@
 //! In: a grid and a time in seconds. Out: one value for each direction or each cell, in the grid's storage order, with
 //! azimuth 0 along the world's x (head yaw 0). Each direction is represented by the ray through its centre, the ray of
 //! the simulated depth camera. Invariant: the labels along a line of sight read free ... free, surface, hidden ...
-//! hidden.
+//! hidden, or hidden throughout.
 
 use super::World;
 use crate::frame::unit_vector;
@@ -19,7 +19,8 @@ pub enum CellTruth {
     Free,
     /// Holds the first surface on its line of sight: occupied.
     Surface,
-    /// Behind the first surface: not visible from the head.
+    /// Not visible from the head: behind the first surface, or on a line of sight whose first surface gives no reading (glass,
+    /// black), so that no look can tell anything of it.
     Hidden,
 }
 
@@ -48,8 +49,11 @@ impl World {
     /// Free, surface or hidden for every cell. Shape: `[cells_rho][elevation_cells][azimuth_cells]`.
     pub fn truth_state(&self, grid: &Grid, time_s: f64) -> Vec<CellTruth> {
         let first = self.truth_first_hit(grid, time_s);
+        let reads = |direction| self.hit(grid.direction_centre(direction), time_s).surface.is_readable();
+        let is_read: Vec<bool> = grid.all_directions().map(reads).collect();
         (0..grid.cells())
             .map(|index| match first[index % grid.directions()] {
+                _ if !is_read[index % grid.directions()] => CellTruth::Hidden,
                 Some(hit) if index / grid.directions() == hit => CellTruth::Surface,
                 Some(hit) if index / grid.directions() > hit => CellTruth::Hidden,
                 _ => CellTruth::Free,

@@ -27,6 +27,9 @@ fn what_cannot_be_explored_is_refused() {
     let (scene, out) = (path("my.toml"), path("out"));
     std::fs::write(&scene, "title = 'x'\n[room]\nmin = [-1, -1, -1]\nmax = [1, 1, nan]\n").unwrap();
     refused(&["explore", "--scene", &scene, "--out", &out], "my.toml` line 4, column 7: found nan");
+    let huge = path("huge.toml");
+    std::fs::write(&huge, "title = 'x'\n[room]\nmin = [-1, -1, -1]\nmax = [1, 1e30, 1]\n").unwrap();
+    refused(&["explore", "--scene", &huge, "--out", &out], "expected a wall within 1000 m of the head");
     refused(
         &["explore", "--scene", "kitchen", "--out", &out],
         "there is no scene `kitchen`: expected furnished",

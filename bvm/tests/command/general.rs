@@ -139,7 +139,7 @@ fn explore_leaves_a_folder_and_the_same_figures_twice() {
     let [first, second] = runs.map(|out| std::fs::read(out.join("run.json")).unwrap());
     assert_eq!(first, second, "the same seed gives the same figures");
     let run: serde_json::Value = serde_json::from_slice(&first).unwrap();
-    assert_eq!((&run["seed"], &run["steps"]), (&3.into(), &2.into()));
+    assert_eq!((&run["scene"], &run["seed"], &run["steps"]), (&"furnished".into(), &3.into(), &2.into()));
     let policies = run["policies"].as_array().unwrap();
     assert_eq!(policies.len(), 4, "the default, and three to compare it with");
     for policy in policies {

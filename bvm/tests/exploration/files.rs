@@ -90,6 +90,25 @@ fn voxels(is: impl Fn(f32) -> bool) -> Vec<[f64; 3]> {
 }
 
 #[test]
+fn a_run_leaves_no_file_of_an_earlier_one() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str| std::fs::write(folder.path().join(name), "x").unwrap();
+    let names = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    };
+    ["map.ply", "notes.txt"].into_iter().for_each(write);
+    Record::clear(folder.path()).unwrap();
+    assert_eq!(names(), ["map.ply", "notes.txt"], "no run was here");
+    ["run.json", "cameras.png", "run_2.mcap", "checkpoint-null.bvm"].into_iter().for_each(write);
+    Record::clear(folder.path()).unwrap();
+    assert_eq!(names(), ["notes.txt"]);
+}
+
+#[test]
 fn octomap_reads_the_trees() {
     let left = left();
     let (bt, ot) = (left.path("map.bt"), left.path("map.ot"));

@@ -8,7 +8,7 @@ use super::{Episode, Score};
 use crate::export::Point;
 use crate::grid::Grid;
 use crate::head::Look;
-use crate::map::Map;
+use crate::map::{Map, OCCUPIED};
 use crate::report::{ReportError, first_occupied_range};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -18,7 +18,7 @@ use serde::Serialize;
 const MOST_FRAMES: usize = 60;
 
 /// Margin by which a cell must be more likely occupied than not to be the first occupied one.
-const MARGIN: f32 = 0.05;
+const MARGIN: f32 = OCCUPIED - 0.5;
 
 /// The panoramas of a run.
 #[derive(Clone, Debug)]

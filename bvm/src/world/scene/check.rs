@@ -15,6 +15,8 @@ use toml::Spanned;
 
 /// The head that nothing may touch: a ball, m.
 const HEAD_M: f64 = 0.15;
+/// How far a wall may be, m.
+const MOST_ROOM_M: f64 = 1000.0;
 /// Paths are checked at these times, s.
 const STEP_S: f64 = 0.05;
 const LONGEST_S: f64 = 600.0;
@@ -111,7 +113,14 @@ fn room(room: &file::Room) -> Result<[[f64; 3]; 2], Mistake> {
     finite(&room.min, &min)?;
     finite(&room.max, &max)?;
     let refuse = |value: f64| format!("found {value}: the head is at 0, at least {HEAD_M} m from each wall");
+    let far = |value: f64| format!("found {value}: expected a wall within {MOST_ROOM_M} m of the head");
     for (low, high) in min.into_iter().zip(max) {
+        if low < -MOST_ROOM_M {
+            return Err((room.min.span(), far(low)));
+        }
+        if high > MOST_ROOM_M {
+            return Err((room.max.span(), far(high)));
+        }
         if low >= -HEAD_M {
             return Err((room.min.span(), refuse(low)));
         }
