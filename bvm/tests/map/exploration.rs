@@ -28,13 +28,14 @@ fn the_map_is_where_the_world_is() {
     // mean of 0.0651 nats, 38 false cells and 94.1 % of the surfaces, and the default run, seed 1, 0.0576, 37 and 94.0
     // %; with the bins of the default and 0.004 for ε at each look they have 0.0395 nats and 17 false cells.
     let found = scores(EvidenceKind::Virtual, 1..=6);
-    assert!(found[0].false_occupied <= 20, "the default run: {:?}", found[0]);
+    // Its false cells are the place that the person has left: about 27 lines of sight end on a person.
+    assert!(found[0].log_loss < 0.02 && found[0].false_occupied <= 30, "the default run: {:?}", found[0]);
     for (score, seed) in found.iter().zip(1..) {
         assert!(score.log_loss < 0.032 && score.found > 0.96, "seed {seed}: {score:?}");
     }
     let (loss, false_cells) =
         (mean(&found, |score| score.log_loss), mean(&found, |score| score.false_occupied as f64));
-    assert!(loss < 0.023 && false_cells < 18.0, "{loss} nats, {false_cells} false cells");
+    assert!(loss < 0.020 && false_cells < 20.0, "{loss} nats, {false_cells} false cells");
 }
 
 #[test]
