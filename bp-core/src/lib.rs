@@ -46,9 +46,9 @@ pub mod prelude;
 pub mod program;
 
 use compiler::{
-    analysis, answer, bins, data, diagnostic, distribution, draw, elimination, emit, equation, error, exec,
-    files, forms, guess, ids, io, kernel, latex, law, learn, loops, lower, memory, model, numbers, operators,
-    plan, posterior, potential, progress, radix, random, sample, source, space, special, spelling,
-    strategies, syntax, units, wrap, xml,
+    analysis, answer, bins, data, diagnostic, distribution, door, draw, elimination, emit, equation, error,
+    exec, files, forms, guess, ids, io, kernel, latex, law, learn, loops, lower, memory, model, numbers,
+    operators, plan, posterior, potential, progress, radix, random, sample, shared, source, space, special,
+    spelling, strategies, syntax, units, wrap, xml,
 };
 pub use error::Error;

@@ -34,6 +34,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    bp_core::compiler::door::enter(bp_core::compiler::door::Door::Command);
     let done = match Arguments::parse().command {
         Command::Balance(arguments) => command::balance::run(&arguments),
         Command::Calibrate(sense) => command::calibrate::run(&sense),

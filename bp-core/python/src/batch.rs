@@ -37,24 +37,18 @@ struct Found {
 }
 
 impl Found {
-    /// Adds the rows of a batch; a column that other rows do not have is NaN there.
+    /// Adds the rows of a batch; all parts of a table have the same columns.
     fn add(&mut self, batch: Batch) {
-        let mut places: HashMap<&String, usize> = self.names.iter().zip(0..).collect();
-        let new: Vec<String> =
-            batch.columns.iter().filter(|name| !places.contains_key(name)).cloned().collect();
-        places.clear();
-        for name in new {
-            self.names.push(name);
-            self.columns.push(vec![f64::NAN; self.rows]);
+        if self.names.is_empty() {
+            self.columns = vec![Vec::new(); batch.columns.len()];
+            self.names = batch.columns;
         }
-        let places: HashMap<&String, usize> = self.names.iter().zip(0..).collect();
-        let places: Vec<usize> = batch.columns.iter().map(|name| places[name]).collect();
         let rows = self.rows + batch.rows.len();
         self.columns.iter_mut().for_each(|column| column.resize(rows, f64::NAN));
         for (row, found) in (self.rows..).zip(batch.rows) {
             match found {
                 Ok(numbers) => {
-                    places.iter().zip(numbers).for_each(|(place, number)| self.columns[*place][row] = number);
+                    self.columns.iter_mut().zip(numbers).for_each(|(column, number)| column[row] = number);
                 }
                 Err(error) => self.reasons.push((row, error.to_string())),
             }
@@ -74,14 +68,6 @@ pub(crate) fn batch<'py>(
     only: &[String],
     ignored: &[String],
 ) -> PyResult<Columns<'py>> {
-    for name in only {
-        let plain = name.split('[').next().unwrap_or(name).trim();
-        if program.model().variable(name).or_else(|| program.model().variable(plain)).is_none() {
-            let variables = program.variables().join("`, `");
-            let message = format!("there is no variable of this name; the variables are `{variables}`");
-            return Err(raised(Error::input(name, message)));
-        }
-    }
     let (own, only, ignored) = (program.clone(), only.to_vec(), ignored.to_vec());
     let found = match table.extract::<PathBuf>() {
         Ok(path) => patiently_until(py, move |_| {

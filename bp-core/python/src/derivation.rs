@@ -3,6 +3,7 @@
 //! In: a program and a question. Out: [`Derivation`], as text, LaTeX and MathML. Invariant: each form shows the same steps of
 //! the same plan, which is the plan that answers the question.
 
+use crate::origin::function;
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::plan::{Notation, Options, Plan, plan};
 use bp_core::compiler::source::Source;
@@ -12,6 +13,9 @@ use pyo3::prelude::*;
 
 /// A step: rule, reason, and the equation as text, in LaTeX and in MathML.
 type Step = (String, String, String, String, String);
+
+/// The question, the route, the steps, and what is computed.
+type Parts = (String, String, Vec<Step>, Vec<(String, String, String)>);
 
 /// The derivation of the answer to one question.
 #[derive(Clone)]
@@ -28,6 +32,14 @@ struct Derived {
 pub(crate) struct Derivation {
     program: String,
     parts: Vec<Derived>,
+}
+
+/// A derivation of a program's name and its parts: how a pickled one comes back.
+#[pyfunction]
+#[pyo3(name = "_derivation")]
+pub(crate) fn restored(program: String, parts: Vec<Parts>) -> Derivation {
+    let part = |(question, route, steps, computed)| Derived { question, route, steps, computed };
+    Derivation { program, parts: parts.into_iter().map(part).collect() }
 }
 
 /// A question as typed, or the declared ones.
@@ -96,8 +108,7 @@ impl Derivation {
 
     /// The question, the route, the steps (rule, reason, text, LaTeX, MathML) and what is computed, for each question.
     #[getter]
-    #[allow(clippy::type_complexity)]
-    fn _parts(&self) -> Vec<(String, String, Vec<Step>, Vec<(String, String, String)>)> {
+    fn _parts(&self) -> Vec<Parts> {
         let part = |one: &Derived| {
             (one.question.clone(), one.route.clone(), one.steps.clone(), one.computed.clone())
         };
@@ -129,6 +140,10 @@ impl Derivation {
 
     fn __repr__(&self) -> String {
         self.__str__()
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<Parts>))> {
+        Ok((function(py, "_derivation")?, (self.program.clone(), self._parts())))
     }
 
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

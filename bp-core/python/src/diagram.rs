@@ -5,6 +5,7 @@
 
 use crate::derivation::questions;
 use crate::error::{raised, wrong};
+use crate::origin::function;
 use crate::work::patiently;
 use bp_core::compiler::answer::{Figure, Row};
 use bp_core::compiler::draw::{Graph, Marginal, Mark, graph};
@@ -137,11 +138,22 @@ fn marginal(rows: &[&Row]) -> Option<Marginal> {
     }
 }
 
+/// A picture of its forms: how a pickled one comes back.
+#[pyfunction]
+#[pyo3(name = "_diagram")]
+pub(crate) fn restored(svg: String, legend: String) -> Diagram {
+    Diagram { svg, legend }
+}
+
 #[pymethods]
 impl Diagram {
     /// Writes the picture to a file (`.svg`).
     fn save(&self, path: PathBuf) -> PyResult<()> {
         Ok(std::fs::write(path, &self.svg)?)
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, String))> {
+        Ok((function(py, "_diagram")?, (self.svg.clone(), self.legend.clone())))
     }
 
     fn _repr_svg_(&self) -> &str {

@@ -1,14 +1,18 @@
 //! A filter over time: one instant after the other.
 //!
 //! In: a program with variables `X^-1`, and the observations at each instant. Out: the posterior after each. Invariant:
-//! steps of several threads come one after the other; a refused instant leaves the filter unchanged.
+//! steps of several threads come one after the other; an instant that is refused or interrupted leaves the filter
+//! unchanged.
 //!
 //! A filter of `bp_core` borrows its program, and an object of Python owns what it has: the thread of the filter holds both.
 
 use crate::error::{raised, wrong};
 use crate::posterior::Posterior;
 use crate::value::evidence;
+use crate::work::received;
+use bp_core::compiler::progress::{self, Unwanted};
 use bp_core::prelude::{self, Error, Evidence};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::VecDeque;
@@ -17,9 +21,13 @@ use std::sync::{Mutex, PoisonError};
 
 /// What a filter is asked for.
 enum Request {
-    Step(Evidence),
+    /// The observations of an instant, which is taken in once the one who asks says so: not after an interrupt.
+    Step(Evidence, Receiver<()>),
     Predict(usize),
 }
+
+/// A request, where its answer goes, and whether it is wanted.
+type Asked = (Request, Sender<Found>, Unwanted);
 
 /// A posterior, ln P(all observations), and the number of instants.
 type Found = Result<(prelude::Posterior, f64, usize), Error>;
@@ -30,7 +38,7 @@ type Found = Result<(prelude::Posterior, f64, usize), Error>;
 #[pyclass(frozen, module = "bayesian_programs")]
 pub(crate) struct Filter {
     question: String,
-    requests: Sender<(Request, Sender<Found>)>,
+    requests: Mutex<Sender<Asked>>,
     state: Mutex<State>,
 }
 
@@ -53,37 +61,27 @@ impl Filter {
         let (ready, begun) = channel();
         let (own, text) = (program.clone(), question.to_owned());
         std::thread::spawn(move || serve(&own, &text, &ready, &receiver));
-        let begun = Mutex::new(begun);
-        let first = py.detach(|| begun.lock().unwrap_or_else(PoisonError::into_inner).recv());
-        first.map_err(|_| wrong("internal: the filter ended before it began"))?.map_err(raised)?;
+        let first = received(py, begun, &Unwanted::default())?;
+        first.ok_or_else(|| wrong("internal: the filter ended before it began"))?.map_err(raised)?;
         let state = State { ln_evidence: 0.0, instants: 0, keep, kept: VecDeque::new() };
-        Ok(Self { question: question.to_owned(), requests, state: Mutex::new(state) })
+        Ok(Self { question: question.to_owned(), requests: Mutex::new(requests), state: Mutex::new(state) })
     }
 
-    /// The answer to a request; the state is locked meanwhile, so that threads come one after the other.
-    fn asked(&self, py: Python<'_>, request: Request, is_step: bool) -> PyResult<Posterior> {
-        let found = py.detach(|| {
-            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-            let (send, found) = channel();
-            self.requests.send((request, send)).ok()?;
-            let found = found.recv().ok()?;
-            if let (Ok((posterior, ln_evidence, instants)), true) = (&found, is_step) {
-                (state.ln_evidence, state.instants) = (*ln_evidence, *instants);
-                if state.kept.len() >= state.keep {
-                    state.kept.pop_front();
-                }
-                if state.keep > 0 {
-                    state.kept.push_back(posterior.clone());
-                }
-            }
-            Some(found)
-        });
-        let found = found.ok_or_else(|| wrong("the filter has ended after an internal error"))?;
-        found.map(|(posterior, ..)| Posterior::from(posterior)).map_err(raised)
+    /// The answer to a request; after an interrupt it is an error, and the request has no effect.
+    fn asked(&self, py: Python<'_>, request: Request) -> PyResult<(prelude::Posterior, f64, usize)> {
+        let ended = || wrong("the filter has ended after an internal error");
+        let (send, found) = channel();
+        let unwanted = Unwanted::default();
+        let sent = {
+            let requests = self.requests.lock().unwrap_or_else(PoisonError::into_inner);
+            requests.send((request, send, Unwanted::clone(&unwanted)))
+        };
+        sent.map_err(|_| ended())?;
+        received(py, found, &unwanted)?.ok_or_else(ended)?.map_err(raised)
     }
 
-    fn state<T: Send>(&self, py: Python<'_>, read: impl FnOnce(&State) -> T + Send) -> T {
-        py.detach(|| read(&self.state.lock().unwrap_or_else(PoisonError::into_inner)))
+    fn state<T: Send>(&self, py: Python<'_>, with: impl FnOnce(&mut State) -> T + Send) -> T {
+        py.detach(|| with(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 }
 
@@ -92,19 +90,31 @@ fn serve(
     program: &prelude::Program,
     question: &str,
     ready: &Sender<Result<(), Error>>,
-    requests: &Receiver<(Request, Sender<Found>)>,
+    requests: &Receiver<Asked>,
 ) {
     let mut filter = match program.filter(question) {
         Ok(filter) => filter,
         Err(error) => return drop(ready.send(Err(error))),
     };
     drop(ready.send(Ok(())));
-    while let Ok((request, answer)) = requests.recv() {
-        let found = match request {
-            Request::Step(observed) => filter.step(observed),
-            Request::Predict(steps) => filter.predict(steps),
-        };
-        drop(answer.send(found.map(|posterior| (posterior, filter.ln_evidence(), filter.instants()))));
+    while let Ok((request, answer, unwanted)) = requests.recv() {
+        let (before, instants) = (filter.ln_evidence(), filter.instants());
+        progress::abandonable(Some(unwanted), || match request {
+            Request::Step(observed, accepted) => {
+                let taken = filter.step_if(observed, |posterior| {
+                    let ln_evidence = posterior.ln_evidence().unwrap_or(before);
+                    drop(answer.send(Ok((posterior, ln_evidence, instants + 1))));
+                    // The one who asks has gone after an interrupt.
+                    ((), accepted.recv().is_ok())
+                });
+                if let Err(error) = taken {
+                    drop(answer.send(Err(error)));
+                }
+            }
+            Request::Predict(steps) => {
+                drop(answer.send(filter.predict(steps).map(|posterior| (posterior, before, instants))));
+            }
+        });
     }
 }
 
@@ -112,7 +122,7 @@ fn serve(
 impl Filter {
     /// One instant: its observations, which may be partial or empty; returns the posterior. The value of a family is the list
     /// of its elements, or each element is given separately: `step({"Z[2]": 0.5})`. Raises `InputError` or
-    /// `ImpossibleEvidence`; a refused instant changes nothing.
+    /// `ImpossibleEvidence`; an instant that is refused or interrupted changes nothing.
     #[pyo3(signature = (observed = None, /, **named))]
     fn step(
         &self,
@@ -124,13 +134,24 @@ impl Filter {
         for (name, value) in evidence(named.map(|named| named.as_any()))?.iter() {
             all.set(name, value.clone());
         }
-        self.asked(py, Request::Step(all), true)
+        let (accept, accepted) = channel();
+        let (posterior, ln_evidence, instants) = self.asked(py, Request::Step(all, accepted))?;
+        self.state(py, |state| {
+            (state.ln_evidence, state.instants) = (ln_evidence, instants);
+            state.kept.push_back(posterior.clone());
+            while state.kept.len() > state.keep {
+                state.kept.pop_front();
+            }
+        });
+        // Only now the next request is served.
+        accept.send(()).ok();
+        Ok(Posterior::from(posterior))
     }
 
     /// The posterior `steps` instants later, without further observations. The filter does not advance.
     #[pyo3(signature = (steps = 1))]
     fn predict(&self, py: Python<'_>, steps: usize) -> PyResult<Posterior> {
-        self.asked(py, Request::Predict(steps), false)
+        self.asked(py, Request::Predict(steps)).map(|(posterior, ..)| Posterior::from(posterior))
     }
 
     /// ln P(all observations so far), nats; for reals the density.
@@ -149,6 +170,12 @@ impl Filter {
     #[getter]
     fn history(&self, py: Python<'_>) -> Vec<Posterior> {
         self.state(py, |state| state.kept.iter().cloned().map(Posterior::from).collect())
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a filter is not pickled: pickle its program, and follow the observations again",
+        ))
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {

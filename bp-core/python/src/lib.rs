@@ -12,6 +12,7 @@ mod error;
 mod experiment;
 mod filter;
 mod head;
+mod learning;
 mod origin;
 mod posterior;
 mod program;
@@ -22,11 +23,13 @@ mod value;
 mod volumetric;
 mod work;
 
+use bp_core::compiler::door::{self, Door};
 use pyo3::prelude::*;
 
 /// The compiled part of `bayesian_programs`.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    door::enter(Door::Python);
     module.add_class::<program::Program>()?;
     module.add_class::<question::Question>()?;
     module.add_class::<filter::Filter>()?;
@@ -39,6 +42,11 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<volumetric::Gaze>()?;
     module.add_class::<head::Head>()?;
     module.add_function(wrap_pyfunction!(origin::restored, module)?)?;
+    module.add_function(wrap_pyfunction!(question::questioned, module)?)?;
+    module.add_function(wrap_pyfunction!(posterior::restored, module)?)?;
+    module.add_function(wrap_pyfunction!(derivation::restored, module)?)?;
+    module.add_function(wrap_pyfunction!(diagram::restored, module)?)?;
+    module.add_function(wrap_pyfunction!(sheet::restored, module)?)?;
     module.add_function(wrap_pyfunction!(batch::stream, module)?)?;
     module.add_function(wrap_pyfunction!(experiment::experiment, module)?)?;
     module.add_function(wrap_pyfunction!(volumetric::disparities, module)?)?;

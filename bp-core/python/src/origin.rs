@@ -32,7 +32,12 @@ pub(crate) struct Origin {
 }
 
 /// What pickle needs: the function that makes the program again, and its arguments.
-pub(crate) type Reduced = (Py<PyAny>, (String, String, Py<PyAny>));
+pub(crate) type Reduced = (Py<PyAny>, (String, String, Py<PyAny>, Option<String>));
+
+/// A function of this module, by which pickle makes an object again.
+pub(crate) fn function(py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
+    Ok(py.import("bayesian_programs._native")?.getattr(name)?.unbind())
+}
 
 impl Setting {
     /// The program with this setting.
@@ -75,7 +80,7 @@ impl Origin {
     ///
     /// # Errors
     /// A program whose text does not tell all of it.
-    pub(crate) fn reduced(&self, py: Python<'_>) -> PyResult<Reduced> {
+    pub(crate) fn reduced(&self, py: Python<'_>, report: Option<String>) -> PyResult<Reduced> {
         let Some((text, format)) = &self.text else {
             return Err(PyTypeError::new_err(
                 "a program with rows of data is not pickled: pickle the program before `rows`",
@@ -89,19 +94,20 @@ impl Origin {
             Setting::Budget(products) => ("budget", (products,)).into_pyobject(py),
         };
         let settings: Vec<_> = self.settings.iter().map(setting).collect::<PyResult<_>>()?;
-        let restored = py.import("bayesian_programs._native")?.getattr("_restored")?.unbind();
         let settings = settings.into_pyobject(py)?.into_any().unbind();
-        Ok((restored, (text.clone(), (*format).to_owned(), settings)))
+        Ok((function(py, "_restored")?, (text.clone(), (*format).to_owned(), settings, report)))
     }
 }
 
-/// A program from its text, of a file with this ending, and its settings: how a pickled program comes back.
+/// A program from its text, of a file with this ending, its settings, and its report of learning: how a pickled program comes
+/// back.
 #[pyfunction]
-#[pyo3(name = "_restored")]
+#[pyo3(name = "_restored", signature = (text, format, settings, report = None))]
 pub(crate) fn restored(
     text: &str,
     format: &str,
     settings: Vec<(String, Bound<'_, PyTuple>)>,
+    report: Option<String>,
 ) -> PyResult<Program> {
     let mut program = of_text(text, format)?;
     for (kind, of) in settings {
@@ -115,6 +121,7 @@ pub(crate) fn restored(
         };
         program = program.set(setting).map_err(raised)?;
     }
+    program.report = report;
     Ok(program)
 }
 

@@ -4,13 +4,14 @@
 //! looked up as in Rust; a lookup of what does not exist is an error that lists what does.
 
 use crate::error::{raised, wrong};
+use crate::origin::function;
 use crate::value::{named, read, shown, values_of};
 use bp_core::compiler::answer::{Drawn, Part, PartLaw, Slot};
 use bp_core::prelude::{self, Value};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
 /// The answer to a question: a distribution of variables, or a statistic.
 ///
@@ -42,6 +43,14 @@ fn one_or_several(arguments: &Bound<'_, PyTuple>) -> PyResult<Value> {
         1 => read(&arguments.get_item(0)?),
         _ => read(arguments.as_any()),
     }
+}
+
+/// A posterior as it was stored: how a pickled one comes back.
+#[pyfunction]
+#[pyo3(name = "_posterior")]
+pub(crate) fn restored(stored: &[u8]) -> PyResult<Posterior> {
+    let stored = ciborium::from_reader(stored).map_err(|error| wrong(error.to_string()))?;
+    Ok(Posterior(prelude::Posterior::of_stored(stored)))
 }
 
 #[pymethods]
@@ -298,6 +307,21 @@ impl Posterior {
     /// As JSON, the document of `bp ask --json`.
     fn to_json(&self) -> PyResult<String> {
         serde_json::to_string(&self.0).map_err(|error| wrong(error.to_string()))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Py<PyAny>, (Bound<'py, PyBytes>,))> {
+        let mut stored = Vec::new();
+        ciborium::into_writer(&self.0.to_stored(), &mut stored).map_err(|error| wrong(error.to_string()))?;
+        Ok((function(py, "_posterior")?, (PyBytes::new(py, &stored),)))
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memory: &Bound<'_, PyAny>) -> Py<Self> {
+        // It is immutable.
+        slf
     }
 
     fn __str__(&self) -> String {

@@ -6,18 +6,18 @@
 use crate::batch;
 use crate::derivation::Derivation;
 use crate::diagram::Diagram;
-use crate::error::{raised, wrong};
+use crate::error::raised;
 use crate::filter::Filter;
+use crate::learning;
 use crate::origin::{Origin, Reduced, Setting, of_text};
 use crate::posterior::Posterior;
 use crate::question::{Kept, Question};
 use crate::sheet::Sheet;
-use crate::table::Table;
 use crate::value::{Names, settings};
 use crate::work::patiently;
 use bp_core::compiler::io::Format;
 use bp_core::compiler::learn::Settings;
-use bp_core::prelude::{self, Error, Learned, Learning, Records, Rows};
+use bp_core::prelude::{self, Cases, Error, Learned};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ pub(crate) struct Program {
     program: prelude::Program,
     origin: Origin,
     /// The report of learning, as JSON.
-    report: Option<String>,
+    pub(crate) report: Option<String>,
     asked: Kept,
 }
 
@@ -59,11 +59,6 @@ impl Program {
             report: serde_json::to_string(learned.report()).ok(),
             ..Self::new(learned.program().clone(), origin)
         }
-    }
-
-    /// A table in memory, for its variables; the cells of ignored columns are not read.
-    fn table(&self, py: Python<'_>, table: &Bound<'_, PyAny>, ignored: &[String]) -> PyResult<Records> {
-        Table::of(py, Some(self.program.model()), table, ignored)?.records().map_err(raised)
     }
 }
 
@@ -177,8 +172,10 @@ impl Program {
     }
 
     /// A question, compiled for repeated use with other values.
-    fn question(&self, py: Python<'_>, question: &str) -> PyResult<Question> {
-        Ok(Question::new(self.asked.of(py, &self.program, question)?))
+    fn question(slf: &Bound<'_, Self>, question: &str) -> PyResult<Question> {
+        let own = slf.get();
+        let asked = own.asked.of(slf.py(), &own.program, question)?;
+        Ok(Question::new(asked, slf.clone().unbind(), question))
     }
 
     /// A filter: the posterior at each instant, given the observations up to it, by `step`. The posteriors of the last `keep`
@@ -255,6 +252,18 @@ impl Program {
         slf.py().import("bayesian_programs.frames")?.call_method1("batch", arguments)
     }
 
+    /// The names of the columns of `batch`, `error` included: they are known before the first case. `observed` names columns of
+    /// the table that tell sizes, such as `Z[3]`.
+    #[pyo3(signature = (*, only = None, observed = Names::default()))]
+    fn batch_columns(&self, only: Option<Names>, observed: Names) -> PyResult<Vec<String>> {
+        let nothing: [&str; 0] = [];
+        let cases = observed.0.iter().fold(Cases::new(), |cases, name| cases.column(name, nothing));
+        let columns = self.program.batch_columns(cases.only(only.unwrap_or_default().0));
+        let mut columns = columns.map_err(raised)?;
+        columns.push("error".to_owned());
+        Ok(columns)
+    }
+
     /// The posteriors of many cases: column names, columns (numpy), and the reason of each row without an answer.
     fn _batch<'py>(
         &self,
@@ -287,16 +296,8 @@ impl Program {
         seed: Option<u64>,
         iterations: Option<usize>,
     ) -> PyResult<Self> {
-        let mut learning = match table.extract::<PathBuf>() {
-            Ok(path) => Learning::from(path),
-            Err(_) => Learning::of_records(self.table(py, table, &ignore.0)?),
-        };
-        learning = hidden.0.iter().fold(learning, |learning, name| learning.hidden(name));
-        learning = ignore.0.iter().fold(learning, |learning, name| learning.ignore(name));
-        learning = weight.into_iter().fold(learning, Learning::weight);
-        learning = sequence.into_iter().fold(learning, Learning::sequence);
-        learning = seed.into_iter().fold(learning, Learning::seed);
-        learning = iterations.into_iter().fold(learning, Learning::iterations);
+        let columns = learning::Columns { hidden, ignore, weight, sequence };
+        let learning = learning::of(py, &self.program, table, columns, (seed, iterations))?;
         let program = self.program.clone();
         let learned = patiently(py, move || program.learn(learning))?.map_err(raised)?;
         Ok(self.learned(&learned))
@@ -313,19 +314,7 @@ impl Program {
         of: Vec<Option<String>>,
         ignore: Names,
     ) -> PyResult<Self> {
-        if of.len() > tables.len() {
-            let (sets, given) = (of.len(), tables.len());
-            return Err(wrong(format!("`of` names {sets} sets, but the number of tables is {given}")));
-        }
-        let mut rows = Rows::new();
-        for (at, table) in tables.iter().enumerate() {
-            rows = match table.extract::<PathBuf>() {
-                Ok(path) => rows.and(path),
-                Err(_) => rows.and_records(self.table(py, &table, &ignore.0)?),
-            };
-            rows = of.get(at).cloned().flatten().iter().fold(rows, |rows, set| rows.of(set));
-        }
-        let rows = ignore.0.iter().fold(rows, |rows, column| rows.ignore(column));
+        let rows = learning::rows(py, &self.program, tables, of, ignore)?;
         let program = self.program.clone().rows(rows).map_err(raised)?;
         Ok(Self::new(program, Origin { text: None, ..self.origin.clone() }))
     }
@@ -376,7 +365,16 @@ impl Program {
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<Reduced> {
-        slf.get().origin.reduced(slf.py())
+        slf.get().origin.reduced(slf.py(), slf.get().report.clone())
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memory: &Bound<'_, PyAny>) -> Py<Self> {
+        // It is immutable.
+        slf
     }
 
     fn __repr__(&self) -> String {

@@ -4,9 +4,11 @@
 //! immutable and shares its compiled code; where its answers are quick, they are computed on the thread that asks.
 
 use crate::error::raised;
+use crate::origin::function;
 use crate::posterior::Posterior;
+use crate::program::Program;
 use crate::table;
-use crate::value::evidence;
+use crate::value::{evidence, named};
 use crate::work::patiently;
 use bp_core::prelude::{self, Error, Evidence};
 use pyo3::prelude::*;
@@ -96,12 +98,29 @@ impl Kept {
 ///
 /// Made by `Program.question`. `given` returns a question with a value; `ask` answers it.
 #[pyclass(frozen, module = "bayesian_programs")]
-pub(crate) struct Question(Arc<Asked>);
+pub(crate) struct Question {
+    asked: Arc<Asked>,
+    program: Py<Program>,
+    text: String,
+    /// The values that it was given, in this order.
+    given: Evidence,
+}
 
 impl Question {
-    pub(crate) fn new(asked: Arc<Asked>) -> Self {
-        Self(asked)
+    pub(crate) fn new(asked: Arc<Asked>, program: Py<Program>, text: &str) -> Self {
+        Self { asked, program, text: text.to_owned(), given: Evidence::new() }
     }
+}
+
+/// A question to a program, with values: how a pickled question comes back.
+#[pyfunction]
+#[pyo3(name = "_questioned")]
+pub(crate) fn questioned<'py>(
+    program: &Bound<'py, Program>,
+    text: &str,
+    given: &Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyAny>> {
+    program.call_method1("question", (text,))?.call_method1("given", (given,))
 }
 
 #[pymethods]
@@ -109,32 +128,44 @@ impl Question {
     /// The question with values: of names in it (`wet` of `Wet = wet`), of variables that it leaves open, of parameters,
     /// sizes and inputs. Several values are a list or an array. Raises `InputError`.
     #[pyo3(signature = (values = None, /, **named))]
-    fn given(&self, values: Option<&Bound<'_, PyAny>>, named: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn given(
+        &self,
+        py: Python<'_>,
+        values: Option<&Bound<'_, PyAny>>,
+        named: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let all = evidence(values)?;
         let more = evidence(named.map(|named| named.as_any()))?;
-        let mut question = self.0.question.clone();
+        let (mut question, mut given) = (self.asked.question.clone(), self.given.clone());
         for (name, value) in all.iter().chain(more.iter()) {
             question = question.given(name, value.clone()).map_err(raised)?;
+            given.set(name, value.clone());
         }
-        let quick = AtomicBool::new(self.0.quick.load(Relaxed));
-        Ok(Self(Arc::new(Asked { question, quick })))
+        let quick = AtomicBool::new(self.asked.quick.load(Relaxed));
+        let (program, text) = (self.program.clone_ref(py), self.text.clone());
+        Ok(Self { asked: Arc::new(Asked { question, quick }), program, text, given })
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (Py<Program>, String, Py<PyDict>))> {
+        let given = named(py, &self.given)?.unbind();
+        Ok((function(py, "_questioned")?, (self.program.clone_ref(py), self.text.clone(), given)))
     }
 
     /// Answers it. Raises `InputError` (a value is missing or does not fit), `ImpossibleEvidence`, `NoAnswer`.
     fn ask(&self, py: Python<'_>) -> PyResult<Posterior> {
-        self.0.ask(py)
+        self.asked.ask(py)
     }
 
     /// Answers it; returns an answer for each ask.
     fn ask_all(&self, py: Python<'_>) -> PyResult<Vec<Posterior>> {
-        self.0.ask_all(py)
+        self.asked.ask_all(py)
     }
 
     /// Answers it over time (`filter`, `predict`, `smooth`, `sequence`), given the observations: a list of mappings, one for
     /// each instant, or a table (a path, a frame, a mapping of columns) with a row for each; what is missing is not observed.
     /// The answer has the axis `instant` first. Raises `InputError`, `DataError` with row and column, `ImpossibleEvidence`.
     fn over(&self, py: Python<'_>, instants: &Bound<'_, PyAny>) -> PyResult<Posterior> {
-        let question = self.0.question.clone();
+        let question = self.asked.question.clone();
         if let Ok(path) = instants.extract::<PathBuf>() {
             return patiently(py, move || question.over_table(path))?.map(Posterior::from).map_err(raised);
         }
@@ -147,6 +178,6 @@ impl Question {
     }
 
     fn __repr__(&self) -> String {
-        "<Question>".to_owned()
+        format!("<Question {}>", self.text)
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! In: the text of a program. Out: [`Sheet`], as text, SVG and LaTeX. Invariant: it is what `bp print` shows.
 
+use crate::origin::function;
 use bp_core::compiler::io;
 use bp_core::compiler::plan::Notation;
 use bp_core::compiler::print::{fragment, sheets};
@@ -42,11 +43,22 @@ impl Sheet {
     }
 }
 
+/// A sheet of its three forms: how a pickled one comes back.
+#[pyfunction]
+#[pyo3(name = "_sheet")]
+pub(crate) fn restored(text: String, svg: String, latex: String) -> Sheet {
+    Sheet { text, svg, latex }
+}
+
 #[pymethods]
 impl Sheet {
     /// As a figure for a paper.
     fn to_latex(&self) -> &str {
         &self.latex
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, String, String))> {
+        Ok((function(py, "_sheet")?, (self.text.clone(), self.svg.clone(), self.latex.clone())))
     }
 
     fn __str__(&self) -> &str {

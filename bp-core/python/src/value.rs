@@ -10,7 +10,7 @@ use bp_core::prelude::{Evidence, Value};
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PyString};
+use pyo3::types::{PyDict, PyList, PyMapping, PyString, PyTuple};
 use pyo3::{Borrowed, IntoPyObjectExt};
 
 /// A likelihood for each value of a finite variable: virtual evidence, `{"Rain": bp.likelihood([0.8, 0.2])}`.
@@ -37,6 +37,10 @@ impl Likelihood {
 
     fn __repr__(&self) -> String {
         format!("likelihood({:?})", self.weights)
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> (Py<PyAny>, (Vec<f64>,)) {
+        (slf.get_type().into_any().unbind(), (slf.get().weights.clone(),))
     }
 }
 
@@ -81,6 +85,20 @@ pub(crate) fn read(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     Ok(Value::List(all))
 }
 
+/// A value that is known; an element `None` of a list is missing.
+fn known(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    let is_list = value.cast::<PyList>().is_ok() || value.cast::<PyTuple>().is_ok();
+    if !is_list || !value.try_iter()?.any(|value| value.is_ok_and(|value| value.is_none())) {
+        return read(value);
+    }
+    let element = |value: Bound<'_, PyAny>| match value.is_none() {
+        true => Ok(Value::Real(f64::NAN)),
+        false => read(&value),
+    };
+    let all = value.try_iter()?.map(|value| element(value?)).collect::<PyResult<Vec<Value>>>()?;
+    Ok(Value::List(all))
+}
+
 /// A mapping of names to values; `None` is left out.
 ///
 /// # Errors
@@ -94,7 +112,7 @@ pub(crate) fn evidence(values: Option<&Bound<'_, PyAny>>) -> PyResult<Evidence> 
     for pair in pairs.items()?.iter() {
         let (name, value): (String, Bound<'_, PyAny>) = pair.extract()?;
         if !value.is_none() {
-            evidence.set(name, read(&value)?);
+            evidence.set(name, known(&value)?);
         }
     }
     Ok(evidence)
@@ -111,6 +129,7 @@ pub(crate) fn settings(values: Option<&Bound<'_, PyAny>>) -> PyResult<Evidence> 
         if value.is_none() {
             return Err(wrong(format!("`{name}` is None: give a value")));
         }
+        read(&value)?;
     }
     evidence(values)
 }

@@ -3,18 +3,17 @@
 //! In: a computation. Out: its result, or `KeyboardInterrupt`. Invariant: the interpreter lock is free meanwhile, and
 //! signals are handled within [`GLANCE`]; a computation that was interrupted changes nothing that is visible.
 
-use bp_core::compiler::progress;
+use bp_core::compiler::progress::{self, Unwanted};
 use pyo3::prelude::*;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 /// The time between two looks for signals.
 const GLANCE: Duration = Duration::from_millis(50);
 
-/// Runs a computation on a thread of its own, and handles signals meanwhile. After an interrupt, draws stop at once; other
-/// work goes on in the background until its end, without effect.
+/// Runs a computation on a thread of its own, and handles signals meanwhile. After an interrupt it is left to itself: draws and
+/// learning soon see that they are not wanted, other work goes on in the background until its end, without effect.
 ///
 /// # Errors
 /// `KeyboardInterrupt`, or what another signal handler raises.
@@ -33,28 +32,41 @@ pub(crate) fn patiently_until<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
-    let unwanted = Arc::new(AtomicBool::new(false));
-    let (send, mut results) = sync_channel(1);
-    let seen = Arc::clone(&unwanted);
-    let worker = std::thread::spawn(move || drop(send.send(work(&seen))));
+    let unwanted = Unwanted::default();
+    let (send, results) = sync_channel(1);
+    let seen = Unwanted::clone(&unwanted);
+    let hosted = move || progress::abandonable(Some(Unwanted::clone(&seen)), || work(&seen));
+    let worker = std::thread::spawn(move || drop(send.send(hosted())));
+    match received(py, results, &unwanted)? {
+        Some(done) => Ok(done),
+        None => {
+            let panic = worker.join().expect_err("internal: a worker without a result has panicked");
+            std::panic::resume_unwind(panic);
+        }
+    }
+}
+
+/// What another thread sends, with the signals handled meanwhile, the last time after it has come; `None` if it has ended without.
+/// After an interrupt, it is `unwanted`.
+///
+/// # Errors
+/// As [`patiently`].
+pub(crate) fn received<T: Send>(
+    py: Python<'_>,
+    mut results: Receiver<T>,
+    unwanted: &AtomicBool,
+) -> PyResult<Option<T>> {
     loop {
         let next = &mut results;
-        match py.detach(move || next.recv_timeout(GLANCE)) {
-            Ok(done) => return Ok(done),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                let panic = worker.join().expect_err("internal: a worker without a result has panicked");
-                std::panic::resume_unwind(panic);
-            }
-        }
+        let found = py.detach(move || next.recv_timeout(GLANCE));
         if let Err(interrupt) = py.check_signals() {
             unwanted.store(true, Relaxed);
-            if progress::stop() {
-                // The request is forgotten only after the draws have seen it.
-                py.detach(move || worker.join()).ok();
-                progress::resume();
-            }
             return Err(interrupt);
+        }
+        match found {
+            Ok(done) => return Ok(Some(done)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(None),
         }
     }
 }

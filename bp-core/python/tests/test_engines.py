@@ -57,7 +57,6 @@ def test_duckdb_reads_and_writes(names):
 
 def test_datafusion_streams_batches(names, alarm):
     names["datafusion"] = pytest.importorskip("datafusion")
-    names["empty"] = cases(0).select(["HR"])
     exec(code("datafusion.SessionContext"), names)
     found = pa.parquet.read_table("found.parquet")
     assert found.num_rows == 1000

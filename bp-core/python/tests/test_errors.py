@@ -43,6 +43,19 @@ def test_a_wrong_question_shows_its_words(grass):
         grass.ask("P(Rain | Wet = maybe)")
 
 
+def test_messages_name_arguments_of_python(grass, line, door):
+    few = line.by("weighting").draws(20).ask("P(X | Y = 8)").warning
+    assert "`draws(n)`" in few and "--" not in few
+    with pytest.raises(bp.Error, match=r'ignore the column: `ignore=\["Snow"\]`'):
+        grass.learn({"Rain": [True], "Sprinkler": [False], "Wet": [True], "Snow": [1]})
+    with pytest.raises(bp.Error, match=r'declare it: `hidden=\["Sprinkler"\]`'):
+        grass.learn({"Rain": [True], "Wet": [True]})
+    with pytest.raises(bp.Error, match="`ignore` leaves a column out"):
+        grass.batch({"Snow": [1]})
+    with pytest.raises(bp.Error, match=r"`question\(…\).over\(instants\)`"):
+        door.ask("filter P(Open | Seen)")
+
+
 def test_files():
     with pytest.raises(FileNotFoundError):
         bp.open("no_such_file.bp")

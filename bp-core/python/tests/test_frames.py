@@ -249,7 +249,7 @@ def test_wrong_frames_say_what_to_mend(alarm):
 def test_names_of_the_wanted_variables(alarm, line):
     with pytest.raises(bp.Error, match="CATECHOLL"):
         alarm.batch({"HR": ["HIGH"]}, only=["CATECHOLL"])
-    with pytest.raises(bp.InputError, match="`Z`.*the variables are `X`, `Y`"):
+    with pytest.raises(bp.InputError, match="`Z`.*the variables are `X` and `Y`"):
         line.batch({"Y": [1.0]}, only=["Z"])
 
 
@@ -274,6 +274,8 @@ def test_learning_needs_its_columns(grass):
         grass.learn({"Rain": ["maybe"], "Sprinkler": [False], "Wet": [True]})
     with pytest.raises(FileNotFoundError):
         grass.learn("no_such_file.csv")
+    with pytest.raises(bp.InputError, match="it has no rows"):
+        grass.learn({"Rain": [], "Sprinkler": [], "Wet": []})
 
 
 def _interrupt_soon(seconds):
@@ -299,6 +301,16 @@ def test_ctrl_c_stops_draws_and_later_draws_are_complete(line):
         slow.ask("P(X | Y = 2)")
     after = line.by("weighting").draws(5000).ask("P(X | Y = 2)")
     assert after.estimate["particles"] == 5000
+
+
+def test_ctrl_c_is_not_followed_by_the_answer_of_the_draws_so_far(line):
+    """The draws are many: to sort them for quantiles would take seconds."""
+    slow = line.by("weighting").draws(20_000_000)
+    _interrupt_soon(1.0)
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        slow.ask("P(X | Y = 2)")
+    assert time.monotonic() - begun < 3
 
 
 def test_ctrl_c_stops_learning(grass):

@@ -1,7 +1,11 @@
 """Programs, questions and answers. Expected values: by hand."""
 
+import copy
 import math
+import os
 import pickle
+import signal
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -213,6 +217,124 @@ def test_programs_are_pickled_as_their_text(grass, alarm):
     assert again.ask("P(Rain)").p(True) == 0.2
     network = pickle.loads(pickle.dumps(alarm))
     assert network.marginals({"HR": "HIGH"}).of("CATECHOL").p("HIGH") == pytest.approx(0.45 / 0.475)
+
+
+def asked(program, question):
+    """In another process."""
+    return program.ask(question), program.explain(question)
+
+
+def test_answers_are_pickled(grass, line, door, alarm):
+    answers = [
+        grass.ask("P(Rain | Wet = true)"),
+        grass.ask("P(Rain | Wet)"),
+        grass.ask("entropy P(Rain)"),
+        grass.ask("best(2) P(Rain Sprinkler)"),
+        grass.ask("argmax P(Rain | Wet = true)"),
+        grass.marginals({"Wet": True}).of("Rain"),
+        grass.most_probable({"Wet": True}),
+        alarm.joint(["HR", "CATECHOL"]),
+        line.ask("P(X | Y = 2)"),
+        line.ask("P(X > 1 | Y = 2)"),
+        line.by("weighting").draws(500).ask("P(X | Y = 2)"),
+        line.by("gibbs").draws(500).ask("P(X | Y = 2)"),
+        door.question("smooth P(Open | Seen)").over([{"Seen": True}, {}]),
+        door.filter("P(Open | Seen)").step(Seen=True),
+    ]
+    for answer in answers:
+        again = pickle.loads(pickle.dumps(answer))
+        assert (str(again), again.to_json()) == (str(answer), answer.to_json())
+        assert (again.ln_evidence, again.strategy, again.estimate) == (
+            answer.ln_evidence,
+            answer.strategy,
+            answer.estimate,
+        )
+        assert copy.deepcopy(answer) is answer
+    rain = pickle.loads(pickle.dumps(answers[1]))
+    np.testing.assert_array_equal(rain.to_numpy(), answers[1].to_numpy())
+    assert rain.given(Wet=True).p(True) == answers[0].p(True)
+    x = pickle.loads(pickle.dumps(answers[8]))
+    assert (x.mean(), x.p(0.5), x.interval()) == (answers[8].mean(), answers[8].p(0.5), answers[8].interval())
+    for one, other in zip(pickle.loads(pickle.dumps(answers[10])).draws(), answers[10].draws()):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_what_else_is_pickled(grass, door):
+    for one in (grass.explain("P(Rain | Wet = true)"), grass.print()):
+        assert str(pickle.loads(pickle.dumps(one))) == str(one)
+    picture = grass.diagram(evidence={"Wet": True})
+    assert pickle.loads(pickle.dumps(picture)).svg == picture.svg
+    asked = grass.question("P(Rain | Wet = wet)").given(wet=True)
+    assert pickle.loads(pickle.dumps(asked)).ask().p(True) == asked.ask().p(True)
+    weights = pickle.loads(pickle.dumps(bp.likelihood([0.2, 0.8]))).weights
+    assert weights == [0.2, 0.8]
+    learned = grass.learn({"Rain": [True, False], "Sprinkler": [False, True], "Wet": [True, True]})
+    assert pickle.loads(pickle.dumps(learned)).report == learned.report is not None
+    assert copy.deepcopy(grass) is grass
+    with pytest.raises(TypeError, match="a filter is not pickled"):
+        pickle.dumps(door.filter("P(Open | Seen)"))
+
+
+def test_answers_come_back_from_other_processes(grass):
+    import multiprocessing
+
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        rain, derivation = pool.apply(asked, (grass, "P(Rain | Wet = true)"))
+    assert rain.p(True) == pytest.approx(0.3 / 0.93)
+    assert str(derivation) == str(grass.explain("P(Rain | Wet = true)"))
+
+
+def test_likelihoods_are_evidence_everywhere(grass, door):
+    # P(Wet) = 0.93, and rain wets for certain.
+    expected = 0.3 * 0.8 / (0.93 * 0.8 + 0.07 * 0.2)
+    seen = bp.likelihood([0.2, 0.8])
+    assert grass.marginals({"Wet": seen}).of("Rain").p(True) == pytest.approx(expected, rel=1e-14)
+    assert grass.question("P(Rain | Wet)").given(Wet=seen).ask().p(True) == pytest.approx(expected, rel=1e-14)
+    assert grass.question("P(Rain | Wet = wet)").given(wet=seen).ask().p(True) == pytest.approx(expected, rel=1e-14)
+    with pytest.raises(bp.InputError, match="leaves open"):
+        grass.question("P(Rain)").given(Wet=seen)
+    with pytest.raises(bp.InputError, match="must have 2 numbers"):
+        grass.question("P(Rain | Wet)").given(Wet=bp.likelihood([1, 2, 3]))
+    # The door opens with 0.1; it is seen open with 0.7, shut with 0.1: 0.3 + 3 · 0.7 and 0.9 + 3 · 0.1.
+    seen = bp.likelihood([1, 3])
+    first = 0.1 * 2.4 / (0.1 * 2.4 + 0.9 * 1.2)
+    opens = 0.8 * first + 0.1 * (1 - first)
+    second = 0.7 * opens / (0.7 * opens + 0.1 * (1 - opens))
+    filter = door.filter("P(Open | Seen)")
+    assert filter.step(Seen=seen).p(True) == pytest.approx(first, rel=1e-14)
+    assert filter.ln_evidence == pytest.approx(math.log(1.32), rel=1e-14)
+    assert filter.step(Seen=True).p(True) == pytest.approx(second, rel=1e-14)
+    found = door.question("filter P(Open | Seen)").over([{"Seen": seen}, {"Seen": True}])
+    assert found.p(True) == pytest.approx(second, rel=1e-14)
+    # Seen later: of a shut door at both instants, and the other three.
+    paths = {
+        (now, then): (0.1 if now else 0.9) * (2.4 if now else 1.2) * go * (0.7 if then else 0.1)
+        for (now, then), go in {(0, 0): 0.9, (0, 1): 0.1, (1, 0): 0.2, (1, 1): 0.8}.items()
+    }
+    smooth = door.question("smooth P(Open | Seen)").over([{"Seen": seen}, {"Seen": True}])
+    opened = (paths[1, 0] + paths[1, 1]) / sum(paths.values())
+    assert smooth.at(1).p(True) == pytest.approx(opened, rel=1e-14)
+    assert smooth.ln_evidence == pytest.approx(math.log(sum(paths.values())), rel=1e-14)
+    with pytest.raises(bp.InputError, match="give a value"):
+        door.by("particles").filter("P(Open | Seen)").step(Seen=seen)
+
+
+def test_a_step_that_is_interrupted_is_not_taken(door):
+    slow = door.by("particles").draws(400_000)
+    filter = slow.filter("P(Open | Seen)")
+    filter.step(Seen=True)
+    threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+    taken = 1
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            filter.step(Seen=False)
+            taken += 1
+    assert (filter.instants, len(filter.history)) == (taken, taken)
+    fresh = slow.filter("P(Open | Seen)")
+    for seen in [True] + [False] * (taken - 1):
+        last = fresh.step(Seen=seen)
+    assert (filter.ln_evidence, filter.history[-1].p(True)) == (fresh.ln_evidence, last.p(True))
+    assert filter.step(Seen=True).p(True) == fresh.step(Seen=True).p(True)
 
 
 def test_threads_share_a_program(grass, door):

@@ -5,6 +5,7 @@
 //! becomes an [`Error`] together with the text.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::door::Advice;
 use crate::memory::{self, bytes_text, count_text};
 use crate::source::Source;
 use std::fmt::{self, Debug, Formatter};
@@ -247,9 +248,12 @@ impl Error {
 
     /// Evidence that none of this many draws met.
     pub(crate) fn unmet(question: String, draws: usize) -> Self {
-        let help = "make more draws (`--particles`), observe with some noise, or take an exact strategy (`bp explain` \
-                    lists what each one offers)";
-        Error::Unmet { question, draws, help: help.to_owned() }
+        let help = format!(
+            "make more draws (`{}`), observe with some noise, or take an exact strategy (`{}` lists what each one offers)",
+            Advice::Draws,
+            Advice::Explain
+        );
+        Error::Unmet { question, draws, help }
     }
 
     /// Whether it concerns the evidence of one case only: another case may have an answer.

@@ -1,11 +1,12 @@
 //! The progress of long work, and requests to stop it.
 //!
 //! In: steps reported by sampling or filtering; requests of the host to stop. Out: the progress. Invariant: the
-//! progress report does not change the result. A process does one long work at a time, so the state is global, like the
-//! signals.
+//! progress report does not change the result. A command does one long work at a time, so its state is global, like the
+//! signals; a host that does several, such as an interpreter, gives each a token by which it is abandoned alone.
 
-use std::sync::Mutex;
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 static DONE: AtomicUsize = AtomicUsize::new(0);
 static TOTAL: AtomicUsize = AtomicUsize::new(0);
@@ -21,9 +22,25 @@ pub fn stop() -> bool {
     runs
 }
 
-/// Forgets a request to stop, once the work that it concerned has ended: for hosts that live on, such as an interpreter.
-pub fn resume() {
-    STOPPED.store(false, Relaxed);
+/// Says that the work of a host is not wanted any more.
+pub type Unwanted = Arc<AtomicBool>;
+
+thread_local! {
+    /// The token of the work of this thread.
+    static HOST: RefCell<Option<Unwanted>> = const { RefCell::new(None) };
+}
+
+/// Does some work, which ends early, with the error `Interrupted`, once it is not wanted.
+pub fn abandonable<T>(unwanted: Option<Unwanted>, work: impl FnOnce() -> T) -> T {
+    let before = HOST.replace(unwanted);
+    let done = work();
+    HOST.set(before);
+    done
+}
+
+/// The token of the work of this thread, for the threads that help it.
+pub fn host() -> Option<Unwanted> {
+    HOST.with_borrow(Clone::clone)
 }
 
 /// Whether a stop was requested.
@@ -71,14 +88,16 @@ pub fn steps() -> Option<(usize, usize)> {
 const WITHOUT_END: usize = usize::MAX;
 
 /// Work that can be stopped early with its result so far.
-pub(crate) struct Work(());
+pub(crate) struct Work {
+    host: Option<Unwanted>,
+}
 
 impl Work {
     /// Begins work with this number of steps.
     pub(crate) fn of(steps: usize) -> Self {
         DONE.store(0, Relaxed);
         TOTAL.store(steps, Relaxed);
-        Self(())
+        Self { host: host() }
     }
 
     /// Begins work with an unknown number of steps.
@@ -98,7 +117,12 @@ impl Work {
     /// Reports a step; returns whether to continue, where the work may have to go on to have a result.
     pub(crate) fn may_go_on(&self) -> bool {
         DONE.fetch_add(1, Relaxed);
-        !is_stopped()
+        !is_stopped() && self.is_wanted()
+    }
+
+    /// Whether a result is wanted, that of the steps so far at least.
+    pub(crate) fn is_wanted(&self) -> bool {
+        self.host.as_ref().is_none_or(|unwanted| !unwanted.load(Relaxed))
     }
 
     /// Reports that the work ends with the result so far, which may take a while to put together.

@@ -3,8 +3,8 @@
 //! In: a program with variables `X^-1`, and the observations at each instant. Out: the posterior after each. Invariant:
 //! only what the next instant needs is kept, so that a filter can run indefinitely.
 
-use super::value::read;
-use super::{Evidence, Posterior, Program};
+use super::value::{is_missing, read};
+use super::{Evidence, Posterior, Program, Value};
 use crate::distribution::Setting;
 use crate::error::Error;
 use crate::model::{Ask, Question, Statistic, When};
@@ -83,7 +83,20 @@ impl<'p> Filter<'p> {
     /// A name that the question does not know, a value that its variable does not have, observations that are
     /// impossible; the filter is then unchanged.
     pub fn step(&mut self, observed: Evidence) -> Result<Posterior, Error> {
-        let mut values = Vec::new();
+        self.step_if(observed, |posterior| (posterior, true))
+    }
+
+    /// The same, but the instant is taken in only if `accepts`, which is given the posterior, returns true with its result: so that
+    /// a host may forget an instant while it is computed.
+    ///
+    /// # Errors
+    /// As [`Filter::step`].
+    pub fn step_if<T>(
+        &mut self,
+        observed: Evidence,
+        accepts: impl FnOnce(Posterior) -> (T, bool),
+    ) -> Result<T, Error> {
+        let (mut values, mut weighed) = (Vec::new(), Vec::new());
         for (name, value) in observed.iter() {
             let flat = value.flat();
             let places: Vec<usize> = match self.slots.get(name) {
@@ -94,20 +107,33 @@ impl<'p> Filter<'p> {
                 let names: Vec<&str> = self.slots.keys().map(String::as_str).collect();
                 return Err(Error::input(name, super::lookup::unknown(name, names)));
             }
+            let setting = self.follower.setting();
+            if let Value::Likelihood(weights) = value {
+                let count = setting.count(setting.variable_of(places[0]));
+                super::marginals::check(name, weights, count, places.len() == 1)?;
+                weighed.push((places[0], weights.clone()));
+                continue;
+            }
             if places.len() != flat.len() {
                 let message = format!("{} values were given, but {} are expected", flat.len(), places.len());
                 return Err(Error::input(name, message));
             }
-            for (slot, value) in places.into_iter().zip(flat) {
-                let setting = self.follower.setting();
+            for (slot, value) in places.into_iter().zip(flat).filter(|(_, value)| !is_missing(value)) {
                 let size = |name: &str| setting.inputs().find_size(name);
                 let read = read(setting.model, setting.variable_of(slot), value, &size);
                 let (_, number) = read.map_err(|message| Error::input(name, message))?;
                 values.push((slot, number));
             }
         }
-        let posterior = self.follower.step(&values)?;
-        Ok(self.posterior(&posterior, String::new()))
+        if let Some((slot, _)) = weighed.iter().find(|(slot, _)| values.iter().any(|(own, _)| own == slot)) {
+            let name = self.follower.setting().slot_name(*slot);
+            let message = format!("`{name}` is known twice");
+            return Err(Error::input(name, message));
+        }
+        let program = self.program;
+        self.follower.step_if(&values, &weighed, |follower, posterior, ln_evidence| {
+            accepts(shown(program, follower, posterior, ln_evidence))
+        })
     }
 
     /// The posterior `steps` instants later, without further observations. The filter does not advance.
@@ -119,7 +145,9 @@ impl<'p> Filter<'p> {
             return Err(Error::input("predict", "0 instants ahead is the answer of the last step"));
         }
         let posterior = self.follower.predict(steps)?;
-        Ok(self.posterior(&posterior, format!(", {steps} later")))
+        let mut posterior = shown(self.program, &self.follower, &posterior, self.follower.ln_evidence());
+        posterior.answer.question.push_str(&format!(", {steps} later"));
+        Ok(posterior)
     }
 
     /// ln P(all observations so far); for reals the density.
@@ -139,14 +167,17 @@ impl<'p> Filter<'p> {
         let slots = known.get(name).map(|variable| setting.slots_of(*variable)).unwrap_or_default();
         slots.filter(|slot| self.slots.values().any(|own| own == slot)).collect()
     }
+}
 
-    fn posterior(&self, instant: &InstantPosterior, when: String) -> Posterior {
-        let (setting, route) = (self.follower.setting(), self.follower.route());
-        let ln_evidence = self.follower.ln_evidence();
-        let mut answer = of_instant(setting, route, instant, ln_evidence, self.program.sampling);
-        answer.question.push_str(&when);
-        Posterior::new(self.program, answer)
-    }
+/// The posterior at an instant.
+fn shown(
+    program: &Program,
+    follower: &Follower<'_>,
+    instant: &InstantPosterior,
+    ln_evidence: f64,
+) -> Posterior {
+    let (setting, route) = (follower.setting(), follower.route());
+    Posterior::new(program, of_instant(setting, route, instant, ln_evidence, program.sampling))
 }
 
 /// Whether an ask is for the distribution of the last instant.

@@ -9,17 +9,14 @@ use super::{Evidence, Posterior, Program, Value};
 use crate::answer::{self, Knowledge, Slot};
 use crate::distribution::Setting;
 use crate::error::Error;
-use crate::guess::did_you_mean;
+use crate::guess::{did_you_mean, listed};
 use crate::ids::VariableId;
 use crate::model::{self, Domain, Known};
 
 /// The posterior of some variables, or of elements of families; of all variables if `only` is empty.
 pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence) -> Result<Posterior, Error> {
     let model = program.model();
-    if !program.opened.rows.is_empty() {
-        let message = "marginals do not read rows: ask a question, such as `P(X)`, or for `missing` cells";
-        return Err(Error::input(model.name.as_str(), message));
-    }
+    without_rows(program)?;
     if let Some((program, only, evidence)) = expanded(program, only, evidence)? {
         return marginals(&program, &only, &evidence);
     }
@@ -27,18 +24,7 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
     let setting = Setting::new(model, &inputs)?;
     let names = Names { program, setting: &setting };
     let knowledge = names.knowledge(evidence)?;
-    let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
-    let is_shown = |id: &VariableId| {
-        Some(*id) != model.plate_index()
-            && (finite || model.variables[*id].previous_of.is_none())
-            && !program.opened.known.iter().any(|known| known.variable == *id)
-    };
-    let named: Vec<(VariableId, Option<usize>)> =
-        only.iter().map(|name| names.find(name)).collect::<Result<_, _>>()?;
-    let mut wanted: Vec<VariableId> = model.variables.ids().filter(is_shown).collect();
-    if !named.is_empty() {
-        wanted.retain(|id| named.iter().any(|(named, _)| named == id));
-    }
+    let wanted = names.wanted(only)?;
     let by = (program.sampling, program.options);
     let mut all = match answer::marginals(model, &wanted, &knowledge, &inputs, by) {
         // The elements of a family may have exact answers one by one.
@@ -51,7 +37,7 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
         }
         found => found?,
     };
-    if !named.is_empty() {
+    if !only.is_empty() {
         all.parts.retain(|part| {
             let slot = |slot: &Slot| {
                 only.contains(&slot.name(model)) || only.contains(&model.variable_name(slot.variable))
@@ -63,6 +49,61 @@ pub(super) fn marginals(program: &Program, only: &[String], evidence: &Evidence)
     all.question = format!("marginals of {}{}", program.name(), given(program, evidence));
     all.ln_evidence = all.ln_evidence.map(|ln| ln + program.opened.ln_scale);
     Ok(Posterior::new(program, all))
+}
+
+/// Refuses a program with rows of data.
+pub(super) fn without_rows(program: &Program) -> Result<(), Error> {
+    let message = "marginals do not read rows: ask a question, such as `P(X)`, or for `missing` cells";
+    match program.opened.rows.is_empty() {
+        true => Ok(()),
+        false => Err(Error::input(program.name(), message)),
+    }
+}
+
+impl Program {
+    /// Whether an answer about all variables shows this one.
+    pub(super) fn shows(&self, id: VariableId) -> bool {
+        let model = self.model();
+        let finite = model.plate.is_none() && model.variables.values().all(|it| it.domain.is_finite());
+        Some(id) != model.plate_index()
+            && (finite || model.variables[id].previous_of.is_none())
+            && !self.opened.known.iter().any(|known| known.variable == id)
+    }
+}
+
+/// The marginals of cases that know the same names: one plan, compiled once.
+pub(super) struct Repeated<'p> {
+    program: &'p Program,
+    planned: answer::Planned<'p>,
+}
+
+impl<'p> Repeated<'p> {
+    /// The plan of cases that know what this one knows; `None` where each needs its own.
+    pub(super) fn new(program: &'p Program, only: &[String], evidence: &Evidence) -> Option<Self> {
+        if expanded(program, only, evidence).ok()?.is_some() {
+            return None;
+        }
+        let inputs = program.settings.inputs();
+        let setting = Setting::new(program.model(), &inputs).ok()?;
+        let names = Names { program, setting: &setting };
+        let (wanted, knowledge) = (names.wanted(only).ok()?, names.knowledge(evidence).ok()?);
+        let planned = answer::Planned::new(program.model(), wanted, &knowledge, program.options)?;
+        Some(Self { program, planned })
+    }
+
+    /// The posterior of each wanted variable in another case.
+    ///
+    /// # Errors
+    /// As [`marginals`].
+    pub(super) fn marginals(&self, evidence: &Evidence) -> Result<answer::Answer, Error> {
+        let program = self.program;
+        let inputs = program.settings.inputs();
+        let setting = Setting::new(program.model(), &inputs)?;
+        let knowledge = Names { program, setting: &setting }.knowledge(evidence)?;
+        let mut all = self.planned.marginals(&knowledge, &inputs, program.sampling)?;
+        all.ln_evidence = all.ln_evidence.map(|ln| ln + program.opened.ln_scale);
+        Ok(all)
+    }
 }
 
 /// The evidence in the heading of an answer. A Markov network has ln Z without any evidence.
@@ -81,6 +122,13 @@ pub(super) struct Names<'p> {
 }
 
 impl Names<'_> {
+    /// The variables that are named, or all that an answer shows, in the order of the model.
+    fn wanted(&self, only: &[String]) -> Result<Vec<VariableId>, Error> {
+        let named = only.iter().map(|name| Ok(self.find(name)?.0)).collect::<Result<Vec<_>, Error>>()?;
+        let is_wanted = |id: &VariableId| self.program.shows(*id) && (named.is_empty() || named.contains(id));
+        Ok(self.program.model().variables.ids().filter(is_wanted).collect())
+    }
+
     /// A variable, or an element of one, from 0.
     pub(super) fn find(&self, name: &str) -> Result<(VariableId, Option<usize>), Error> {
         let model = self.program.model();
@@ -96,8 +144,9 @@ impl Names<'_> {
         element.ok_or_else(|| {
             let names = self.program.variables();
             let near = did_you_mean(name, names.iter().map(String::as_str));
-            let help = near.map_or_else(String::new, |near| format!("; {near}"));
-            Error::input(name, format!("`{}` has no variable of this name{help}", model.name))
+            let all = || format!("the variables are {}", listed(names.iter().map(String::as_str), "and"));
+            let help = near.unwrap_or_else(all);
+            Error::input(name, format!("`{}` has no variable of this name; {help}", model.name))
         })
     }
 
@@ -197,7 +246,7 @@ impl Names<'_> {
 }
 
 /// Refuses a likelihood with a number that is negative or not finite.
-fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), Error> {
+pub(super) fn check(name: &str, weights: &[f64], count: usize, is_one: bool) -> Result<(), Error> {
     let found = weights.len();
     let wrong = match () {
         () if !is_one => "a likelihood is given to one element, such as `Z[2]`".to_owned(),

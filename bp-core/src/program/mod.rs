@@ -286,24 +286,6 @@ impl Program {
         marginals::marginals(self, names, &observed(self.model(), evidence))
     }
 
-    /// The posteriors of many cases, the rows of a table with a column for each observed variable:
-    /// `batch("cases.csv")`, `batch(Cases::from("cases.csv").only(["lung"]))`.
-    ///
-    /// # Errors
-    /// A table that cannot be read or does not fit, with file, row and column. A case without an answer has its error in
-    /// its row.
-    pub fn batch(&self, cases: impl Into<Cases>) -> Result<Batch, Error> {
-        self.batch_with(&cases.into(), || ())
-    }
-
-    /// The same; `done` is called after each case, from any thread.
-    ///
-    /// # Errors
-    /// As [`Program::batch`].
-    pub fn batch_with(&self, cases: &Cases, done: impl Fn() + Sync) -> Result<Batch, Error> {
-        batch::batch(self, cases, &done)
-    }
-
     /// The joint posterior of some variables, or of elements of families (`Z[2]`), given some evidence.
     ///
     /// # Errors

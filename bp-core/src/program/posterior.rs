@@ -6,13 +6,14 @@
 use super::lookup::{one_slot, slots_named};
 use super::value::{ordinal, value};
 use super::{Evidence, Program, Value};
-use crate::answer::{Answer, AnswerRows, Drawn, Estimate, Numbers, Part, PartLaw, Slot, ordinals};
+use crate::answer::{Answer, AnswerRows, Drawn, Estimate, Numbers, Part, PartLaw, Slot, Stored, ordinals};
 use crate::error::Error;
 use crate::model::Model;
 use crate::operators::entropy;
 use crate::plan::Strategy;
 use crate::radix;
 use serde::{Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 
 /// The answer to a question: a distribution of variables, or a statistic.
@@ -45,6 +46,18 @@ pub struct Posterior {
 impl Posterior {
     pub(super) fn new(program: &Program, answer: Answer) -> Self {
         Self { program: program.clone(), answer }
+    }
+
+    /// It and its model as plain data, to be stored in a format of serde that is not for readers (CBOR, not JSON), and read again.
+    pub fn to_stored(&self) -> (Cow<'_, Model>, Stored) {
+        (Cow::Borrowed(self.model()), Stored::of(self.model(), &self.answer))
+    }
+
+    /// A posterior that was stored.
+    pub fn of_stored((model, answer): (Cow<'_, Model>, Stored)) -> Self {
+        let program = Program::from(model.into_owned());
+        let answer = answer.answer(program.model());
+        Self { program, answer }
     }
 
     /// The answer, for the stages of the compiler.

@@ -3,17 +3,20 @@
 //! In: a program and a question. Out: a [`Question`], which takes values and is asked. Invariant: setting a value
 //! returns a new question that shares the compiled code.
 
+use super::marginals::check;
 use super::settings::{Meaning, meaning, names_of};
 use super::{Evidence, Posterior, Program, Value};
 use crate::answer::{
-    CompiledQuestion, ask_over_time_by, compile_by, compile_sized, filled, open, read_instants,
+    CompiledQuestion, Findings, Observed, ask_over_time_knowing, compile_by, compile_sized, filled, open,
+    read_instants,
 };
 use crate::data::{self, Records};
+use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
 use crate::learn::sizes;
-use crate::model;
+use crate::model::{self, Finding};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -52,13 +55,16 @@ impl Question {
         Ok(Self { program: program.clone(), asked: asked.clone(), compiled, given: Vec::new() })
     }
 
-    /// The question with a value: of a name in it (`wet` of `Wet = wet`), of a known variable that it leaves open (`Wet` of
+    /// The question with a value, or a likelihood for each value of a variable: of a name in it (`wet` of `Wet = wet`), of a known variable that it leaves open (`Wet` of
     /// `P(Rain | Wet)`, which compiles the question anew), of a parameter, or of an input. Several values are a list.
     ///
     /// # Errors
     /// The name is unknown to the program and the question; a value outside its range.
     pub fn given(&self, name: &str, value: impl Into<Value>) -> Result<Self, Error> {
         let (model, value) = (self.program.model(), value.into());
+        if let Value::Likelihood(weights) = &value {
+            return self.weighed(name, weights);
+        }
         let mut question = self.clone();
         let mut names = names_of(model, [&*self.compiled])?;
         let free = open(&self.asked).into_iter().find(|id| model.variable_name(*id) == name);
@@ -76,6 +82,34 @@ impl Question {
             other => question.program = question.program.set(name, &value, other)?,
         }
         Ok(question)
+    }
+
+    /// The question with a likelihood for each value of a variable that it leaves open; it is compiled anew.
+    fn weighed(&self, name: &str, weights: &[f64]) -> Result<Self, Error> {
+        let (model, inputs, mut asked) = (self.program.model(), self.inputs(), self.asked.clone());
+        let setting = Setting::new(model, &inputs)?;
+        let mut found = false;
+        for ask in &mut asked.asks {
+            for known in &mut ask.known {
+                let is_named = match &known.evidence {
+                    Finding::Each => model.variable_name(known.variable) == name,
+                    Finding::Hard(model::Value::Given(given)) => given == name,
+                    _ => false,
+                };
+                if is_named {
+                    let count = setting.count(known.variable);
+                    check(name, weights, count, setting.slots_of(known.variable).len() == 1)?;
+                    (known.evidence, found) = (Finding::Virtual(weights.to_vec()), true);
+                }
+            }
+        }
+        if !found {
+            let message =
+                format!("a likelihood is given to a variable that the question leaves open: `P(… | {name})`");
+            return Err(Error::input(name, message));
+        }
+        let given = self.given.iter().filter(|(known, ..)| known != name).cloned().collect();
+        Ok(Self { given, ..Self::new(&self.program, asked)? })
     }
 
     /// Answers it.
@@ -102,15 +136,23 @@ impl Question {
     pub fn over(&self, instants: &[Evidence]) -> Result<Posterior, Error> {
         let (model, settings) = (self.program.model(), &self.program.settings);
         let variables = model.variables_by_name();
-        let mut observed = Vec::with_capacity(instants.len());
+        let (mut observed, mut weighed) = (Vec::with_capacity(instants.len()), Vec::new());
+        let inputs = self.inputs();
+        let setting = Setting::new(model, &inputs)?;
         for (number, evidence) in instants.iter().enumerate() {
-            let mut instant = Vec::new();
+            let (mut instant, mut likelihoods) = (Vec::new(), Vec::new());
             for (name, value) in evidence.iter() {
                 let plain = name.split('[').next().unwrap_or(name);
                 let place = || format!("instant {}, `{name}`", number + 1);
                 let id = variables
                     .get(plain)
                     .ok_or_else(|| Error::input(place(), format!("`{}` has no such variable", model.name)))?;
+                if let Value::Likelihood(weights) = value {
+                    let is_one = name != plain || setting.slots_of(*id).len() == 1;
+                    check(&place(), weights, setting.count(*id), is_one)?;
+                    likelihoods.push((name.to_owned(), weights.clone()));
+                    continue;
+                }
                 let values = settings.values(model, *id, &place(), value)?;
                 let several = values.len() > 1;
                 let first = model.variables[*id].family.map_or(0, |family| family.over.first());
@@ -118,11 +160,21 @@ impl Question {
                     true => (format!("{name}[{}]", first + at as i64), number),
                     false => (name.to_owned(), number),
                 };
-                instant.extend(values.into_iter().enumerate().map(named));
+                // An element that is missing is not observed.
+                let known = values.into_iter().enumerate().filter(|(_, number)| !number.is_nan());
+                instant.extend(known.map(named));
+            }
+            if let Some((name, _)) =
+                likelihoods.iter().find(|(name, _)| instant.iter().any(|(own, _)| own == name))
+            {
+                let message = format!("`{name}` is known twice");
+                return Err(Error::input(format!("instant {}", number + 1), message));
             }
             observed.push(instant);
+            weighed.push(likelihoods);
         }
-        self.over_observed(&observed, &self.inputs())
+        let findings = Findings { instants: weighed, ..Findings::default() };
+        self.over_observed((&observed, Some(&findings)), &inputs)
     }
 
     /// Answers it over time, given a table (CSV) with a row for each instant; an empty cell is not observed.
@@ -140,17 +192,17 @@ impl Question {
     pub fn over_records(&self, table: &Records) -> Result<Posterior, Error> {
         let inputs = sizes(self.program.model(), table, self.inputs())?;
         let instants = read_instants(self.program.model(), &self.asked, table, &inputs)?;
-        self.over_observed(&instants, &inputs)
+        self.over_observed((&instants, None), &inputs)
     }
 
     fn over_observed(
         &self,
-        instants: &[Vec<(String, f64)>],
+        known: (&[Observed], Option<&Findings>),
         inputs: &Inputs<'_, f64>,
     ) -> Result<Posterior, Error> {
         let (model, sampling) = (self.program.model(), self.program.sampling);
         let by = self.program.options;
-        let answers = ask_over_time_by(model, &self.asked, instants, inputs, sampling, by)?;
+        let answers = ask_over_time_knowing(model, &self.asked, known, inputs, sampling, by)?;
         one(answers.into_iter().map(|answer| Posterior::new(&self.program, answer)).collect())
     }
 

@@ -6,6 +6,7 @@
 #[path = "../support/arithmetic.rs"]
 mod arithmetic;
 mod ask;
+mod batches;
 mod check;
 mod corners;
 mod course;

@@ -304,7 +304,7 @@ fn wrong_data_are_reported_with_their_place() {
     assert!(refusal("X,X\n1,1\n").contains("`X` twice"));
     assert_eq!(
         refusal("A,X,C\n1,1,red\n"),
-        "input `d.csv`: `Learning` has no variable named `A`; ignore the column: `--ignore A`"
+        "input `d.csv`: `Learning` has no variable named `A`; ignore the column: `ignore(\"A\")`"
     );
     assert!(refusal("").contains("row 1 must name the columns"));
     let model = model_of(&text);

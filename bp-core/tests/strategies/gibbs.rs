@@ -219,7 +219,7 @@ fn evidence_that_no_prior_draw_allows_is_an_error() {
     );
     let error = asked_by(Strategy::Gibbs, &model, "P(X | Y = -1)", 100).unwrap_err().to_string();
     assert!(error.contains("none of 10000 draws met the evidence of `P(X | Y = -1)`"), "{error}");
-    assert!(error.contains("rare or impossible") && error.contains("`--particles`"), "{error}");
+    assert!(error.contains("rare or impossible") && error.contains("`draws(n)`"), "{error}");
 }
 
 /// Two modes twenty deviations apart: no chain moves from one to the other.

@@ -293,6 +293,6 @@ fn a_constant_over_time_is_refused_where_its_draws_run_out() {
         )
     };
     let error = ask(&program(0.02), 200).unwrap_err().to_string();
-    assert!(error.contains("`M` is constant over time") && error.contains("--rows"), "{error}");
+    assert!(error.contains("`M` is constant over time") && error.contains("(`rows`)"), "{error}");
     assert!(ask(&program(50.0), 20).is_ok());
 }

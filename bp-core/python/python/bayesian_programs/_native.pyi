@@ -25,7 +25,12 @@ __all__ = [
     "Map",
     "Gaze",
     "Head",
+    "_derivation",
+    "_diagram",
+    "_posterior",
+    "_questioned",
     "_restored",
+    "_sheet",
     "_stream",
     "_experiment",
     "_disparities",
@@ -97,9 +102,12 @@ class Program:
     ) -> Any:
         """The posteriors of many cases, one for each row: a frame of the kind of `table`, else `Columns`.
 
-        Columns: `ln_p_evidence` (nats), `variable=value`, `variable.mean`, `variable.deviation` (float64), and `error`
+        Columns, which do not depend on the cells: `ln_p_evidence` (nats), `variable=value`, `variable.mean`, `variable.deviation` (float64), and `error`
         (text). Null and NaN are not observed. Raises `DataError` with row and column.
         """
+
+    def batch_columns(self, *, only: Sequence[str] | None = None, observed: Sequence[str] = ...) -> list[str]:
+        """The names of the columns of `batch`, `error` included, before the first case."""
 
     def learn(
         self,
@@ -120,6 +128,8 @@ class Program:
         """The program in the brace layout of the formalism, as `bp print` shows it."""
 
     def diagram(self, question: str | None = None, *, evidence: _Values | None = None) -> Diagram: ...
+    def __copy__(self) -> Program: ...
+    def __deepcopy__(self, _memory: Any) -> Program: ...
     def _batch(
         self, table: _Table, only: Sequence[str], ignore: Sequence[str]
     ) -> tuple[int, list[str], list[npt.NDArray[np.float64]], list[tuple[int, str]]]: ...
@@ -141,7 +151,7 @@ class Filter:
     """The posterior at each instant, given all observations so far."""
 
     def step(self, observed: _Values | None = None, /, **named: _Value) -> Posterior:
-        """The next instant. Raises `InputError` or `ImpossibleEvidence`; the filter is then unchanged."""
+        """The next instant: values, or likelihoods. Raises `InputError` or `ImpossibleEvidence`; the filter is then unchanged."""
 
     def predict(self, steps: int = 1) -> Posterior: ...
     @property
@@ -203,6 +213,8 @@ class Posterior:
         """The groups of `az.from_dict`, each array (chain, draw)."""
 
     def to_dict(self) -> dict[str, Any]: ...
+    def __copy__(self) -> Posterior: ...
+    def __deepcopy__(self, _memory: Any) -> Posterior: ...
     def to_json(self) -> str: ...
     def __float__(self) -> float: ...
     def _all_draws(
@@ -362,5 +374,12 @@ def _disparities(
     matcher: Literal["scanline", "coherence"] = "scanline",
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]: ...
 def _stream(rows: int, columns: Sequence[tuple[str, npt.NDArray[np.float64]]], reasons: Mapping[int, str]) -> Any: ...
-def _restored(text: str, format: str, settings: Sequence[tuple[str, tuple[Any, ...]]]) -> Program: ...
+def _restored(
+    text: str, format: str, settings: Sequence[tuple[str, tuple[Any, ...]]], report: str | None = None
+) -> Program: ...
+def _questioned(program: Program, text: str, given: dict[str, Any]) -> Question: ...
+def _posterior(stored: bytes) -> Posterior: ...
+def _derivation(program: str, parts: Sequence[Any]) -> Derivation: ...
+def _diagram(svg: str, legend: str) -> Diagram: ...
+def _sheet(text: str, svg: str, latex: str) -> Sheet: ...
 def _experiment(scenes: Sequence[str], policies: Sequence[str], seeds: Sequence[int], steps: int) -> str: ...

@@ -105,6 +105,7 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
+    bp_core::compiler::door::enter(bp_core::compiler::door::Door::Command);
     let CommandLine { verb } = CommandLine::parse();
     // A signal is the way to end a server.
     #[cfg(feature = "serve")]

@@ -7,6 +7,7 @@
 use super::elements::{Elements, posed_with_constants};
 use super::instants::after_each;
 use super::{Answer, link, soft};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::VariableId;
@@ -15,7 +16,7 @@ use crate::model::{Ask, Finding, Known, Model, Question, Statistic};
 use crate::plan::{self, Group, Options, Place, Plan, Strategy};
 use crate::posterior::{Part, Reader, Table, check, compare, will_fit};
 use crate::sample::Sampling;
-use crate::strategies::{Case, Found, Observed, Prepared, Purpose, gaussian, sums};
+use crate::strategies::{Case, Findings, Found, Observed, Prepared, Purpose, gaussian, sums};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -27,7 +28,7 @@ pub struct CompiledQuestion<'m> {
     /// Each ask, as a user would type it.
     texts: Vec<String>,
     routes: Arc<Vec<Box<dyn Prepared>>>,
-    strategies: Vec<Strategy>,
+    pub(super) strategies: Vec<Strategy>,
     /// The parts of each ask.
     places: Vec<Vec<Place>>,
     /// Whether families are expanded into single variables.
@@ -210,8 +211,9 @@ impl CompiledQuestion<'_> {
     /// As [`CompiledQuestion::ask`].
     pub fn ask_with(&self, inputs: &Inputs<'_, f64>, sampling: Sampling) -> Result<Vec<Answer>, Error> {
         if let Some(ask) = self.question.asks.iter().find(|ask| ask.when.is_over_time()) {
+            let how = Advice::Instants;
             let message =
-                "it is asked over time: give the observations, a row for each instant (`--data FILE`)";
+                format!("it is asked over time: give the observations, a row for each instant (`{how}`)");
             return Err(Error::input(self.model.ask_text(ask), message));
         }
         let inputs = &self.with_defaults(inputs);
@@ -228,21 +230,19 @@ impl CompiledQuestion<'_> {
         self.or_by_draws(self.answers(&case), inputs, |drawn| drawn.ask_with(inputs, sampling))
     }
 
-    /// Answers a question over time, given the observations of each instant by name.
+    /// Answers a question over time, given the observations of each instant by name, and perhaps likelihoods.
     ///
     /// # Errors
     /// As [`CompiledQuestion::ask`]; a question that is not over time.
     pub fn ask_over(
         &self,
-        instants: &[Observed],
+        (instants, findings): (&[Observed], Option<&Findings>),
         inputs: &Inputs<'_, f64>,
         sampling: Sampling,
     ) -> Result<Vec<Answer>, Error> {
         match self.question.asks.iter().find(|ask| !ask.when.is_over_time()) {
             Some(ask) => Err(not_over_time(&self.model, ask)),
-            None => {
-                self.answers(&Case { question: &self.question, inputs, instants, sampling, findings: None })
-            }
+            None => self.answers(&Case { question: &self.question, inputs, instants, sampling, findings }),
         }
     }
 

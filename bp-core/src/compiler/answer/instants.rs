@@ -5,6 +5,7 @@
 //! of sequences, or ignored.
 
 use crate::data::{Records, Values, is_missing};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::{listed, near};
@@ -163,8 +164,9 @@ fn columns<'m, 't>(
             let guess = near(name, by_name.keys().map(String::as_str));
             let guess = guess.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
             return Err(wrong(format!(
-                "column `{column}` is not a variable of `{}`{guess}; to ignore it: `--ignore {column}`",
-                model.name
+                "column `{column}` is not a variable of `{}`{guess}; to ignore it: `{}`",
+                model.name,
+                Advice::Ignore(column)
             )));
         };
         // A component of a vector is called as its column is.

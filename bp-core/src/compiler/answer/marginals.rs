@@ -81,100 +81,138 @@ pub fn marginals(
     inputs: &Inputs<'_, f64>,
     (sampling, options): (Sampling, Options),
 ) -> Result<Answer, Error> {
-    let mut known = knowledge.known.clone();
-    let observed = |id: &VariableId| knowledge.known.iter().any(|it| it.variable == *id && it.is_whole());
-    // The components of a vector that are known are not shown.
-    let is_shown = |slot: &Slot| {
-        let own = knowledge.known.iter().find(|known| known.variable == slot.variable);
-        match own.map(|known| &known.evidence) {
-            Some(Finding::Hard(Value::Vector(numbers))) => {
-                slot.index.is_none_or(|component| numbers[component as usize].is_nan())
-            }
-            _ => true,
-        }
-    };
-    let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
-    // P(evidence) by the chain rule: P(all but the last observation) times the posterior probability of the last.
-    let mut last = None;
-    // A finite one, where there is one: its posterior is a table in every strategy.
-    let is_hard = |known: &Known| matches!(known.evidence, Finding::Hard(_));
-    let place = |is: &dyn Fn(&Known) -> bool| known.iter().rposition(is);
-    if searched.is_empty()
-        && let Some(at) = place(&|known| ordinal(known).is_some()).or_else(|| place(&is_hard))
-    {
-        let known = known.remove(at);
-        searched.push(known.variable);
-        last = Some(known);
-    }
-    let ask = |variable: VariableId| Ask {
-        statistic: Statistic::Distribution,
-        when: When::Now,
-        searched: vec![Searched { variable, at: None }],
-        known: known.clone(),
-    };
-    let question = Question {
-        name: "marginals".to_owned(),
-        asks: searched.iter().map(|id| ask(*id)).collect(),
-        derived: Vec::new(),
-    };
+    let asked = Asked::new(wanted, knowledge);
+    let question = asked.question(knowledge, &|known| known.evidence.clone());
     let options = Options { group: Group::Marginals, ..options };
-    let mut answers = together(model, &question, &knowledge.elements, inputs, (sampling, options))?;
-    // Some may be exact where others are estimated.
-    let (exact, drawn): (Vec<&Answer>, Vec<&Answer>) =
-        answers.iter().partition(|answer| answer.estimate.is_none());
-    let mut all = Answer {
-        question: String::new(),
-        ln_evidence: exact.iter().chain(&drawn).find_map(|answer| knowledge.ln_evidence(answer)),
-        estimate: drawn.first().and_then(|answer| answer.estimate.clone()),
-        answer: Vec::new().into(),
-        strategy: drawn.first().or(exact.first()).map_or(Strategy::JoinTree, |answer| answer.strategy),
-        when: When::Now,
-        parts: Vec::new(),
-    };
-    let setting = Setting::new(model, inputs)?;
-    if let Some(last) = last {
-        let ln = answers.pop().and_then(|answer| ln_of(&last, &answer));
-        all.ln_evidence =
-            all.ln_evidence.or(known.is_empty().then_some(0.0)).zip(ln).map(|(one, two)| one + two);
-        if all.ln_evidence == Some(f64::NEG_INFINITY) {
-            let mut ask = ask(last.variable);
-            ask.known.push(last);
-            let heads: Vec<String> =
-                ask.known.iter().map(|known| model.variable_name(known.variable)).collect();
-            return Err(Error::Impossible(heads.join(", ").into()));
+    let answers = together(model, &question, &knowledge.elements, inputs, (sampling, options))?;
+    asked.answer(model, (wanted, knowledge), inputs, answers)
+}
+
+/// What is asked for the marginals of some variables: a question for each that is not observed.
+pub(super) struct Asked {
+    searched: Vec<VariableId>,
+    /// The observation that is asked too, where all variables are observed: P(evidence) is P(all but the last observation) times
+    /// the posterior probability of the last.
+    last: Option<usize>,
+}
+
+impl Asked {
+    pub(super) fn new(wanted: &[VariableId], knowledge: &Knowledge) -> Self {
+        let known = &knowledge.known;
+        let observed = |id: &VariableId| known.iter().any(|it| it.variable == *id && it.is_whole());
+        let mut searched: Vec<VariableId> = wanted.iter().copied().filter(|id| !observed(id)).collect();
+        // A finite one, where there is one: its posterior is a table in every strategy.
+        let is_hard = |known: &Known| matches!(known.evidence, Finding::Hard(_));
+        let place = |is: &dyn Fn(&Known) -> bool| known.iter().rposition(is);
+        let last = || place(&|known| ordinal(known).is_some()).or_else(|| place(&is_hard));
+        let last = if searched.is_empty() { last() } else { None };
+        searched.extend(last.map(|at| known[at].variable));
+        Self { searched, last }
+    }
+
+    /// The observations that are known to the question.
+    fn known<'k>(&self, knowledge: &'k Knowledge) -> impl Iterator<Item = &'k Known> {
+        let last = self.last;
+        knowledge.known.iter().enumerate().filter(move |(at, _)| Some(*at) != last).map(|(_, known)| known)
+    }
+
+    fn ask(&self, variable: VariableId, known: &[Known]) -> Ask {
+        Ask {
+            statistic: Statistic::Distribution,
+            when: When::Now,
+            searched: vec![Searched { variable, at: None }],
+            known: known.to_vec(),
         }
     }
-    let (mut answers, mut rows) = (answers.into_iter(), Vec::new());
-    for id in wanted {
-        match observed(id) {
-            false => {
-                let answer = answers.next().expect("internal: each variable is asked");
-                let parts = answer.parts.iter().flat_map(each);
-                let mut parts: Vec<Part> = parts.collect();
-                let whole = parts.len() == answer.parts.len();
-                let all_shown = parts.iter().flat_map(|part| &part.of).all(is_shown);
-                parts.retain(|part| part.of.iter().all(is_shown));
-                match whole && all_shown {
-                    true => rows.extend(answer.answer.iter().cloned()),
-                    false => rows.extend(parts.iter().flat_map(|part| part.rows(model))),
+
+    /// The question, with this evidence of each observation.
+    pub(super) fn question(&self, knowledge: &Knowledge, evidence: &dyn Fn(&Known) -> Finding) -> Question {
+        let known = |known: &Known| Known { variable: known.variable, evidence: evidence(known) };
+        let known: Vec<Known> = self.known(knowledge).map(known).collect();
+        Question {
+            name: "marginals".to_owned(),
+            asks: self.searched.iter().map(|id| self.ask(*id, &known)).collect(),
+            derived: Vec::new(),
+        }
+    }
+
+    /// The answers as one: a part for each wanted variable or element.
+    ///
+    /// # Errors
+    /// The evidence is impossible.
+    pub(super) fn answer(
+        &self,
+        model: &Model,
+        (wanted, knowledge): (&[VariableId], &Knowledge),
+        inputs: &Inputs<'_, f64>,
+        mut answers: Vec<Answer>,
+    ) -> Result<Answer, Error> {
+        let observed = |id: &VariableId| knowledge.known.iter().any(|it| it.variable == *id && it.is_whole());
+        // The components of a vector that are known are not shown.
+        let is_shown = |slot: &Slot| {
+            let own = knowledge.known.iter().find(|known| known.variable == slot.variable);
+            match own.map(|known| &known.evidence) {
+                Some(Finding::Hard(Value::Vector(numbers))) => {
+                    slot.index.is_none_or(|component| numbers[component as usize].is_nan())
                 }
-                all.parts.extend(parts);
+                _ => true,
             }
-            true => {
-                let known = knowledge.known.iter().find(|known| known.variable == *id);
-                for part in known.into_iter().flat_map(|known| certain(&setting, known)) {
-                    rows.extend(part.rows(model));
-                    all.parts.push(part);
+        };
+        // Some may be exact where others are estimated.
+        let (exact, drawn): (Vec<&Answer>, Vec<&Answer>) =
+            answers.iter().partition(|answer| answer.estimate.is_none());
+        let mut all = Answer {
+            question: String::new(),
+            ln_evidence: exact.iter().chain(&drawn).find_map(|answer| knowledge.ln_evidence(answer)),
+            estimate: drawn.first().and_then(|answer| answer.estimate.clone()),
+            answer: Vec::new().into(),
+            strategy: drawn.first().or(exact.first()).map_or(Strategy::JoinTree, |answer| answer.strategy),
+            when: When::Now,
+            parts: Vec::new(),
+        };
+        let setting = Setting::new(model, inputs)?;
+        if let Some(last) = self.last.map(|at| &knowledge.known[at]) {
+            let ln = answers.pop().and_then(|answer| ln_of(last, &answer));
+            let nothing = self.known(knowledge).next().is_none();
+            all.ln_evidence = all.ln_evidence.or(nothing.then_some(0.0)).zip(ln).map(|(one, two)| one + two);
+            if all.ln_evidence == Some(f64::NEG_INFINITY) {
+                let known = self.known(knowledge).chain([last]);
+                let heads: Vec<String> = known.map(|known| model.variable_name(known.variable)).collect();
+                return Err(Error::Impossible(heads.join(", ").into()));
+            }
+        }
+        let (mut answers, mut rows) = (answers.into_iter(), Vec::new());
+        for id in wanted {
+            match observed(id) {
+                false => {
+                    let answer = answers.next().expect("internal: each variable is asked");
+                    let parts = answer.parts.iter().flat_map(each);
+                    let mut parts: Vec<Part> = parts.collect();
+                    let whole = parts.len() == answer.parts.len();
+                    let all_shown = parts.iter().flat_map(|part| &part.of).all(is_shown);
+                    parts.retain(|part| part.of.iter().all(is_shown));
+                    match whole && all_shown {
+                        true => rows.extend(answer.answer.iter().cloned()),
+                        false => rows.extend(parts.iter().flat_map(|part| part.rows(model))),
+                    }
+                    all.parts.extend(parts);
+                }
+                true => {
+                    let known = knowledge.known.iter().find(|known| known.variable == *id);
+                    for part in known.into_iter().flat_map(|known| certain(&setting, known)) {
+                        rows.extend(part.rows(model));
+                        all.parts.push(part);
+                    }
                 }
             }
         }
+        all.answer = rows.into();
+        Ok(all)
     }
-    all.answer = rows.into();
-    Ok(all)
 }
 
 /// The question for the marginal of each variable, without evidence.
-pub(crate) fn of_each_variable(model: &Model) -> Question {
+fn of_each_variable(model: &Model) -> Question {
     let ask = |variable: VariableId| Ask {
         statistic: Statistic::Distribution,
         when: When::Now,
@@ -214,7 +252,7 @@ pub fn together(
 }
 
 /// Refuses evidence that no question may have. A variable with a likelihood remains a variable to be answered.
-fn check(model: &Model, question: &Question) -> Result<(), Error> {
+pub(super) fn check(model: &Model, question: &Question) -> Result<(), Error> {
     let weighed = |ask: &Ask| {
         ask.known.iter().any(|known| ask.searched.iter().any(|item| item.variable == known.variable))
     };

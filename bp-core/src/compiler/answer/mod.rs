@@ -11,11 +11,12 @@ mod instants;
 mod link;
 mod marginals;
 mod open;
+mod planned;
 mod soft;
 
 pub use crate::posterior::{
     Answer, AnswerRows, Column, ConditionalGaussian, Covariance, Drawn, Estimate, Figure, NamedLaw, Numbers,
-    Part, PartLaw, Row, Slot, Table, argmax, ordinals,
+    Part, PartLaw, Row, Slot, Stored, Table, argmax, ordinals,
 };
 pub use crate::strategies::{Findings, Observed};
 pub use again::{Asked, again, again_at, no_law, refused, refused_at};
@@ -23,9 +24,10 @@ pub use compiled::{CompiledQuestion, compile, compile_by, compile_sized};
 pub use elements::plan_sized;
 pub use instants::{OtherColumns, read_instants, read_sequences};
 pub use link::link;
+pub(crate) use marginals::marginals_strategy;
 pub use marginals::{Knowledge, marginals, together};
-pub(crate) use marginals::{marginals_strategy, of_each_variable};
 pub use open::{filled, open};
+pub(crate) use planned::Planned;
 
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -80,8 +82,23 @@ pub fn ask_over_time_by(
     sampling: Sampling,
     by: impl Into<Options>,
 ) -> Result<Vec<Answer>, Error> {
+    ask_over_time_knowing(model, question, (observations, None), inputs, sampling, by)
+}
+
+/// The same, with likelihoods at instants.
+///
+/// # Errors
+/// As [`ask_over_time_by`]; likelihoods where all that is carried is not finite.
+pub(crate) fn ask_over_time_knowing(
+    model: &Model,
+    question: &Question,
+    known: (&[Observed], Option<&Findings>),
+    inputs: &Inputs<'_, f64>,
+    sampling: Sampling,
+    by: impl Into<Options>,
+) -> Result<Vec<Answer>, Error> {
     let of_families = instants::of_families(model, question);
-    let mut answers = compile_by(model, &of_families, by)?.ask_over(observations, inputs, sampling)?;
+    let mut answers = compile_by(model, &of_families, by)?.ask_over(known, inputs, sampling)?;
     if of_families != *question {
         let (model, question) = model.posed(question);
         let texts = question.asks.iter().map(|ask| model.ask_text(ask));

@@ -17,6 +17,7 @@ pub use plate::PlateData;
 pub use read::{open, read_table};
 pub use values::{MISSING, Value, Values, is_missing};
 
+use crate::door::Advice;
 use crate::error::Error;
 use crate::guess::{listed, near};
 use std::io::{Error as Wrong, ErrorKind};
@@ -229,7 +230,10 @@ impl Records {
         let name = shown(&self.columns[column]);
         wrong(
             &self.path,
-            format!("column `{name}` names no variable; {help} (`--ignore` leaves a column out)"),
+            format!(
+                "column `{name}` names no variable; {help} (`{}` leaves a column out)",
+                Advice::IgnoreAny
+            ),
         )
     }
 }

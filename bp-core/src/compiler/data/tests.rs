@@ -183,7 +183,7 @@ fn wrong_cells_name_row_column_and_domain() {
     );
     assert_eq!(
         missing.unknown(0, ["Fever", "Rain"]).to_string(),
-        "`d.csv`: column `fever` names no variable; did you mean `Fever`? (`--ignore` leaves a column out)"
+        "`d.csv`: column `fever` names no variable; did you mean `Fever`? (`ignore` leaves a column out)"
     );
 }
 

@@ -2,10 +2,10 @@
 //!
 //! In: a name as a user writes it. Out: a [`Strategy`]. Invariant: the order of [`Strategy::ALL`] is that in which they are tried.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A strategy.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Strategy {
     /// Linear and Gaussian: closed form; over time a Kalman filter and smoother.

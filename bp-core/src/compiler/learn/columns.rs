@@ -10,6 +10,7 @@ use super::learner::{Learner, NO_WEIGHT, count_seen, is_weight};
 use super::program::Program;
 use crate::analysis::carried;
 use crate::data::{Cells, PlateData, Records, Values, is_missing};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess::near;
@@ -49,6 +50,10 @@ impl Learner {
     pub fn observe_table(&mut self, table: &Records, columns: &Columns) -> Result<(), Error> {
         let program = &self.learnable.program;
         let roles = roles(program, table, columns)?;
+        if table.is_empty() {
+            let message = "it has no rows: there is nothing to learn from";
+            return Err(Error::input(table.path.display().to_string(), message));
+        }
         let over_time = !carried(&program.model).is_empty();
         let mut cells = Row::of(program, table, &roles);
         let alone = program.plate_slot().filter(|_| !over_time);
@@ -190,20 +195,21 @@ fn roles(program: &Program, table: &Records, columns: &Columns) -> Result<Vec<Ro
                 let slots = program.slots.iter().enumerate();
                 let open = slots.filter(|(_, slot)| !table.columns.contains(&slot.name));
                 let near = near(column, open.map(|(_, slot)| slot.name.as_str()));
-                let name = argument(column);
+                let ignore = Advice::Ignore(column);
                 let over_time = !carried(&program.model).is_empty() && columns.sequence.is_none();
                 let help = match near {
-                    Some(near) => format!("did you mean `{near}`? Otherwise ignore the column: `--ignore {name}`"),
+                    Some(near) => format!("did you mean `{near}`? Otherwise ignore the column: `{ignore}`"),
                     None if over_time => format!(
-                        "if it identifies sequences, add `--sequence {name}`; otherwise ignore it: `--ignore {name}`"
+                        "if it identifies sequences, add `{}`; otherwise ignore it: `{ignore}`",
+                        Advice::Sequence(column)
                     ),
                     None => match without_columns(program, table) {
                         Some(family) => format!(
                             "the columns of the family `{family}` are named by its elements, such as `{family}[{}]`; a column that is \
-                             no variable is ignored: `--ignore {name}`",
+                             no variable is ignored: `{ignore}`",
                             first_of(&program.model, &family)
                         ),
-                        None => format!("ignore the column: `--ignore {name}`"),
+                        None => format!("ignore the column: `{ignore}`"),
                     },
                 };
                 return Err(wrong(format!("`{}` has no variable named `{column}`; {help}", program.model.name)));
@@ -252,9 +258,9 @@ fn are_hidden(program: &Program, hidden: &[String], has_column: &dyn Fn(usize) -
         let mut shown = program.slots.iter().enumerate().filter(|(_, slot)| is_named(program, slot, name));
         if let Some((_, slot)) = shown.find(|(slot, _)| has_column(*slot)) {
             let message = format!(
-                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `--ignore {1}`",
+                "it is declared hidden, but there is a column `{0}`; to learn without the column, add `{1}`",
                 slot.name,
-                argument(&slot.name)
+                Advice::Ignore(&slot.name)
             );
             return Err(Error::input(name, message));
         }
@@ -281,8 +287,8 @@ pub(super) fn are_columns(program: &Program, rows: &PlateData, hidden: &[String]
 /// How a variable is declared hidden.
 fn declare(program: &Program, variable: VariableId, name: &str) -> String {
     format!(
-        "if it is hidden, declare it: `--hidden {}`, or `hidden {};` in `identification`",
-        argument(name),
+        "if it is hidden, declare it: `{}`, or `hidden {};` in `identification`",
+        Advice::Hidden(name),
         quoted(&program.model.variable_name(variable)),
     )
 }
@@ -304,12 +310,6 @@ fn listed<'n>(columns: impl Iterator<Item = &'n str>) -> String {
         names.push("…".to_owned());
     }
     format!("the columns are {}", names.join(", "))
-}
-
-/// A name as an argument of a shell.
-fn argument(name: &str) -> String {
-    let plain = |letter: char| letter.is_alphanumeric() || "_-.^".contains(letter);
-    if name.chars().all(plain) { name.to_owned() } else { format!("'{}'", name.replace('\'', "'\\''")) }
 }
 
 /// The inputs, with the sizes found in the columns of a table: for a family `L[k in Channels]` the largest index of a

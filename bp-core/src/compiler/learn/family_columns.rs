@@ -5,6 +5,7 @@
 
 use super::program::Program;
 use crate::data::Records;
+use crate::door::Advice;
 use crate::ids::VariableId;
 use crate::model::Model;
 use crate::spelling::quoted;
@@ -38,6 +39,7 @@ pub(super) fn elements_apart(model: &Model, name: &str) -> String {
     let first = first_of(model, name);
     format!(
         "column `{name}`: `{shown}` is a family; its elements have columns of their own, such as `{shown}[{first}]`; a table with \
-         a row for each element is given by `--rows`"
+         a row for each element is given by `{}`",
+        Advice::Rows
     )
 }

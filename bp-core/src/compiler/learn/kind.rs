@@ -7,12 +7,14 @@ use super::distribution::{Argument, Cell, Kind, Share};
 use super::parametric::Shape;
 use super::program::Program;
 use crate::distribution::{Instance, Setting};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::{ExpressionId, FactorId};
 use crate::law::Law;
 use crate::model::{Expression, Form, VariableUse};
 use crate::operators::{Binary, Unary};
 use crate::radix;
+use std::fmt::{self, Display, Formatter};
 
 /// A family in a case.
 #[derive(Clone, Copy)]
@@ -36,8 +38,16 @@ enum Read {
 }
 
 /// What else estimates a parameter.
-pub(super) const INSTEAD: &str =
-    "declare it as a variable with a prior, and ask for its posterior: `bp ask FILE 'P(…)' --rows data.csv`";
+pub(super) const INSTEAD: Instead = Instead;
+
+/// The advice of [`INSTEAD`], in the words of the door.
+pub(super) struct Instead;
+
+impl Display for Instead {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "declare it as a variable with a prior, and ask for its posterior: `{}`", Advice::AskRows)
+    }
+}
 
 /// For each value of a row, its place among the shares; none where its probability is 0.
 pub(super) type Places = Vec<Option<usize>>;

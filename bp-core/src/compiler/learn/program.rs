@@ -6,6 +6,7 @@
 
 use super::parametric::{MOST_CONTEXTS, Unknowns, parametric};
 use crate::distribution::{Instance, Setting};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{ExpressionId, FactorId, ParameterId, VariableId};
@@ -137,7 +138,7 @@ impl Program {
                 (lengths.iter().map(|length| *length as f64).product::<f64>(), MOST_CONTEXTS as f64);
             if cells > most {
                 let name = parameter.name.clone();
-                let help = "the largest index in the data, or `--set`, gives its length".to_owned();
+                let help = format!("the largest index in the data, or `{}`, gives its length", Advice::Set);
                 return Err(Error::TooLarge { name, cells, most, help });
             }
             places.push((*id, lengths.iter().product()));

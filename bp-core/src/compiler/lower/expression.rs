@@ -4,6 +4,7 @@
 //! of a finite domain enters as `ordinal + base`.
 
 use super::{Lowering, Meaning};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::{ExpressionId, ParameterId, ValueId, VariableId};
 use crate::kernel::{Displacements, Fold, Index, InputKey, KernelBuilder, Reduce, Role};
@@ -101,7 +102,8 @@ impl Environment for Lowering<'_> {
             Expression::Vector(name, _) => {
                 Err(self.unplanned(format!(
                     "`{name}` works on vectors, which sums over finite variables do not take: write its components, such as \
-                     `sqrt(pow(X, 2) + pow(Y, 2))`, or take `--by weighting`"
+                     `sqrt(pow(X, 2) + pow(Y, 2))`, or take `{}`",
+                    Advice::By("weighting")
                 )))
             }
             _ => Err(self.unplanned("sums over finite variables do not take this expression")),

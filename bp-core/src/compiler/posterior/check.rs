@@ -5,6 +5,7 @@
 
 use super::{Answer, Figure};
 use crate::distribution::Setting;
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::ids::{FactorId, VariableId};
@@ -163,8 +164,12 @@ pub(crate) fn families<'a>(
     for known in asks.into_iter().flat_map(|ask| &ask.known) {
         let Finding::Hard(Value::Given(name)) = &known.evidence else { continue };
         if inputs.find(name).unwrap_or_default().iter().any(|value| value.is_nan()) {
-            let message = "some of its elements are not given, but sums need all of them; `--by join_tree`, where all \
-                           variables are finite, or `--by weighting` does without";
+            let message = format!(
+                "some of its elements are not given, but sums need all of them; `{}`, where all variables are finite, or `{}` \
+                 does without",
+                Advice::By("join_tree"),
+                Advice::By("weighting")
+            );
             return Err(Error::input(name, message));
         }
     }

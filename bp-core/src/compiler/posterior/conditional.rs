@@ -12,9 +12,10 @@ use super::part::{PartLaw, Slot, ordinals};
 use crate::operators::entropy_term;
 use crate::radix;
 use rand::Rng;
+use serde::{Deserialize, Serialize};
 
 /// A distribution of finite slots and reals.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ConditionalGaussian {
     /// The values of the finite slots in each component, as ordinals.
     pub values: Vec<Vec<usize>>,

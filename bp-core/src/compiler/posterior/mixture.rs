@@ -8,10 +8,11 @@ use super::quantile::not_rounding;
 use crate::distribution::ROUNDING;
 use crate::operators::normal_cumulative;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// One component.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Component {
     /// Its weight.
     pub weight: f64,
@@ -22,7 +23,7 @@ pub struct Component {
 }
 
 /// A mixture of normal distributions.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Mixture(pub Vec<Component>);
 
 impl Component {

@@ -20,6 +20,7 @@ mod quantile;
 mod rows;
 mod show;
 mod statistic;
+mod stored;
 mod table;
 
 pub use conditional::ConditionalGaussian;
@@ -34,6 +35,7 @@ pub use part::{Drawn, Part, PartLaw, Slot, ordinals};
 pub(crate) use quantile::{figures, of_normal};
 pub(crate) use rows::{Reader, named, will_fit};
 pub(crate) use statistic::{check_draws, refused_of_reals, refused_values};
+pub use stored::Stored;
 pub use table::{Column, Table};
 
 use crate::equation::Strategy;
@@ -41,7 +43,7 @@ use crate::exec::{compiled::least_tied, scalar::Scalar};
 use crate::model::When;
 use crate::sample::Moments;
 use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// The answer to one ask.
 ///
@@ -96,7 +98,7 @@ impl Serialize for Answer {
 }
 
 /// The estimate of an answer.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Estimate {
     /// Number of draws.
     pub particles: usize,
@@ -271,6 +273,9 @@ impl Row {
 }
 
 impl Figure {
+    /// The estimators of a mode.
+    pub(crate) const MODES: [&'static str; 2] = ["half-sample mode", "most probable of the drawn paths"];
+
     /// The moments and quantiles of one slot of a mixture.
     pub(crate) fn of_mixture(mixture: &Mixture, place: usize) -> Self {
         let quantiles = Moments::LEVELS.map(|level| mixture.quantile(place, level));

@@ -6,7 +6,7 @@
 use crate::law::{Law, Parameters, Support};
 use crate::spelling::number as written;
 use serde::ser::SerializeMap;
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::{self, Display, Formatter};
 
 /// A law with its parameters.
@@ -120,8 +120,19 @@ impl Display for NamedLaw {
     }
 }
 
+impl<'d> Deserialize<'d> for NamedLaw {
+    fn deserialize<D: Deserializer<'d>>(deserializer: D) -> Result<Self, D::Error> {
+        let (law, parameters) = Deserialize::deserialize(deserializer)?;
+        Ok(Self { law, parameters })
+    }
+}
+
+/// For readers its name and its own parameters; otherwise all that is needed to read it again.
 impl Serialize for NamedLaw {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if !serializer.is_human_readable() {
+            return (self.law, self.parameters).serialize(serializer);
+        }
         let mut map = serializer.serialize_map(Some(2))?;
         map.serialize_entry("name", self.law.name())?;
         map.serialize_entry("parameters", self.own())?;

@@ -9,6 +9,7 @@ use crate::random::Random;
 use crate::sample::Moments;
 use crate::special::gauss_legendre;
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 
 /// The probabilities at whose quantiles the panels of an integral end; and how often a panel is halved.
 const PANELS: [f64; 15] = [
@@ -45,7 +46,7 @@ fn halved(integral: &dyn Fn(f64, f64) -> f64, [from, to]: [f64; 2], whole: f64, 
 }
 
 /// One component.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct NamedComponent {
     /// Its weight.
     pub weight: f64,
@@ -56,7 +57,7 @@ pub struct NamedComponent {
 }
 
 /// A mixture of named distributions.
-#[derive(Clone, PartialEq, Debug, Default)]
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct NamedMixture(pub Vec<NamedComponent>);
 
 impl NamedMixture {

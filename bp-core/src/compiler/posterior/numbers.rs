@@ -3,7 +3,7 @@
 //! In: an array of numbers. Out: [`Numbers`], which read as a slice. Invariant: neither a clone, nor a range, nor the
 //! concatenation of ranges that follow each other in one array copies numbers.
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt::{self, Debug, Formatter};
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -93,6 +93,12 @@ impl Debug for Numbers {
 impl Serialize for Numbers {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         (**self).serialize(serializer)
+    }
+}
+
+impl<'d> Deserialize<'d> for Numbers {
+    fn deserialize<D: Deserializer<'d>>(deserializer: D) -> Result<Self, D::Error> {
+        Vec::deserialize(deserializer).map(Self::from)
     }
 }
 

@@ -15,10 +15,12 @@ use crate::ids::VariableId;
 use crate::model::Model;
 use crate::radix;
 use crate::sample::{Draws, Normals};
+use crate::shared;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// A variable, or an element of a family or of a vector.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct Slot {
     /// The variable.
     pub variable: VariableId,
@@ -29,7 +31,7 @@ pub struct Slot {
 }
 
 /// The distribution of some slots.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Part {
     /// Its instant, from 1, if an answer has several.
     pub instant: Option<usize>,
@@ -42,7 +44,7 @@ pub struct Part {
 }
 
 /// A distribution of slots.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum PartLaw {
     /// A probability (or the density of a given real) for each combination of values, context by context.
     Finite(Numbers),
@@ -67,7 +69,7 @@ pub enum PartLaw {
     /// Of finite slots and reals together.
     ConditionalGaussian(ConditionalGaussian),
     /// Weighted draws.
-    Draws(Arc<Draws>, Vec<Drawn>),
+    Draws(#[serde(with = "shared")] Arc<Draws>, Vec<Drawn>),
 }
 
 impl PartLaw {
@@ -90,7 +92,7 @@ impl PartLaw {
 }
 
 /// The position of a slot's numbers among draws.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub enum Drawn {
     /// At this position of each draw.
     At(usize),

@@ -8,6 +8,7 @@ use super::quantile::{figures, of_finite};
 use super::statistic::check_draws;
 use super::table::{Column, Table};
 use super::{Figure, Row, argmax, check, moments, rank};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::exec::compiled::least_tied;
@@ -182,7 +183,7 @@ impl Reader<'_> {
         let cells = self.table.numbers.len() as f64;
         fit(self.ask, &self.table.question, cells)?;
         match self.ask.statistic {
-            Statistic::Distribution => self.hold(cells, "`--table` writes the numbers alone"),
+            Statistic::Distribution => self.hold(cells, &Advice::NumbersAlone.to_string()),
             _ => Ok(()),
         }
     }
@@ -315,7 +316,7 @@ fn fit(ask: &Ask, question: &str, cells: f64) -> Result<(), Error> {
     }
     let fewer = "search and know fewer variables";
     let help = match ask.statistic == Statistic::Distribution {
-        true => format!("`--table` writes the numbers alone; or {fewer}"),
+        true => format!("{}; or {fewer}", Advice::NumbersAlone),
         false => fewer.to_owned(),
     };
     Err(Error::TooLarge { name: question.to_owned(), cells, most: MOST_ROWS, help })

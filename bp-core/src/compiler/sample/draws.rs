@@ -10,9 +10,10 @@
 
 use super::chains;
 use crate::distribution::{ln_sum, normalise};
+use serde::{Deserialize, Serialize};
 
 /// Draws of some slots.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Draws {
     /// Draw after draw, the kept slots in order; then those of the repeats.
     values: Vec<f64>,
@@ -52,7 +53,7 @@ pub(crate) fn error_of_quantile(
 }
 
 /// Estimates about a real.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Moments {
     /// Expectation, and its standard error.
     pub mean: [f64; 2],

@@ -3,21 +3,25 @@
 //! In: weights, means and deviations. Out: moments and quantiles, each with its standard error. Invariant: the weights sum to one.
 
 use super::draws::{Moments, error_of_quantile, error_of_sum};
+use crate::shared;
 use crate::special::normal_cumulative;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// How often the interval in which a quantile lies is halved.
 const HALVINGS: usize = 60;
 
 /// Normal laws, one for each particle.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Normals {
     /// Its moments.
     pub moments: Moments,
     /// Weight, mean and deviation of each law.
+    #[serde(with = "shared")]
     laws: Arc<Vec<[f64; 3]>>,
     /// The origin of each law, where laws of one origin are not independent.
-    origins: Option<Arc<Vec<u32>>>,
+    #[serde(with = "shared")]
+    origins: Arc<Option<Vec<u32>>>,
 }
 
 impl Normals {
@@ -31,12 +35,12 @@ impl Normals {
         let found = quantiles(&laws, own, &Moments::LEVELS);
         let quantiles = [found[0], found[1], found[2]];
         let moments = Moments { mean, deviation: [deviation, error], variance, quantiles };
-        Self { moments, laws: Arc::new(laws), origins: origins.map(Arc::new) }
+        Self { moments, laws: Arc::new(laws), origins: Arc::new(origins) }
     }
 
     /// The quantiles at some levels, and their standard errors.
     pub fn quantiles(&self, levels: &[f64]) -> Vec<[f64; 2]> {
-        quantiles(&self.laws, self.origins.as_ref().map(|all| all.as_slice()), levels)
+        quantiles(&self.laws, self.origins.as_deref(), levels)
     }
 }
 

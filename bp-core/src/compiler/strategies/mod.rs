@@ -123,6 +123,9 @@ pub(crate) trait Prepared: Debug + Send + Sync {
     fn run(&self, model: &Model, case: &Case<'_>) -> Result<Vec<Found>, Error>;
 }
 
+/// The likelihoods of an instant: names of variables (of a family `Z[2]`), and a number for each value.
+pub type Likelihoods = Vec<(String, Vec<f64>)>;
+
 /// Single elements of families that are observed or asked.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Findings {
@@ -134,6 +137,8 @@ pub struct Findings {
     pub about: Vec<(VariableId, usize)>,
     /// The candidates for observation: (variable, element from 0)
     pub among: Vec<(VariableId, usize)>,
+    /// Over time, for each instant the likelihoods of variables or elements, by name.
+    pub instants: Vec<Likelihoods>,
 }
 
 impl Findings {

@@ -37,11 +37,11 @@ fn a_misspelled_column_is_reported_with_a_guess() {
     assert_eq!(
         refusal("Flu,fever\n1,1\n", &none),
         "input `d.csv`: `Learning` has no variable named `fever`; did you mean `Fever`? Otherwise ignore the column: \
-         `--ignore fever`"
+         `ignore(\"fever\")`"
     );
     assert_eq!(
         refusal("Flu\n1\n", &none),
-        "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, declare it: `--hidden Fever`, or \
+        "input `d.csv`: there is no column for the variable `Fever`; if it is hidden, declare it: `hidden(\"Fever\")`, or \
          `hidden Fever;` in `identification`"
     );
     assert!(
@@ -50,7 +50,7 @@ fn a_misspelled_column_is_reported_with_a_guess() {
     );
     assert!(refusal("Flu,Fever\n1,1\n", &columns(&[], &["id"], None)).contains("there is no column `id`"));
     assert!(refusal("Flu,Fever\n1,1\n", &columns(&["Feevr"], &[], None)).contains("did you mean `Fever`?"));
-    assert!(refusal("Flu,Fever\n1,1\n", &columns(&["Fever"], &[], None)).contains("`--ignore Fever`"));
+    assert!(refusal("Flu,Fever\n1,1\n", &columns(&["Fever"], &[], None)).contains("`ignore(\"Fever\")`"));
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! in the question goes before the data; a searched family is searched where its cells are missing.
 
 use super::{Family, PlateData};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::{ExpressionId, Id, VariableId};
 use crate::model::{
@@ -99,7 +100,8 @@ impl PlateData {
         }
         if missing.len() > MOST_MISSING {
             let (cells, most) = (missing.len() as f64, MOST_MISSING as f64);
-            let help = "ask for some elements (`Y[3]`), or for each cell alone: `--fill FILE`".to_owned();
+            let help =
+                format!("ask for some elements (`Y[3]`), or for each cell alone: `{}`", Advice::Missing);
             return Err(Error::TooLarge { name: name.clone(), cells, most, help });
         }
         let mut searched = ask.searched.split_off(at);

@@ -5,6 +5,7 @@
 
 use super::{Family, Field, Place, PlateData};
 use crate::data::{Records, Values, is_missing};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::guess::{listed, near};
 use crate::ids::{ExpressionId, ParameterId, SetId};
@@ -151,7 +152,9 @@ impl Reader<'_> {
         };
         let help = match near(name, open) {
             Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}; or ignore the column: `--ignore {name}`", listed(own, "and")),
+            None => {
+                format!("there are {}; or ignore the column: `{}`", listed(own, "and"), Advice::Ignore(name))
+            }
         };
         self.wrong(records, format!("{what}; {help}"))
     }

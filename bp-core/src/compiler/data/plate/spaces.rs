@@ -5,6 +5,7 @@
 
 use super::read::Reader;
 use crate::data::Records;
+use crate::door::Advice;
 use crate::error::Error;
 use crate::guess::{listed, near};
 use crate::model::{Domain, IndexSpace};
@@ -91,11 +92,12 @@ impl Reader<'_> {
             }
             (several, _) => {
                 let names: Vec<String> = several.iter().map(|space| self.space_name(space)).collect();
-                let file = records.path.display();
+                let file = records.path.display().to_string();
                 let example = several.iter().find_map(|space| self.short_name(space)).unwrap_or("Rows");
                 let message = format!(
-                    "its columns range over {}: say what the rows are, as `--rows {example}={file}`, or divide the table",
-                    names.join(" and over ")
+                    "its columns range over {}: say what the rows are, as `{}`, or divide the table",
+                    names.join(" and over "),
+                    Advice::RowsOf(example, &file)
                 );
                 Err(self.wrong(records, message))
             }

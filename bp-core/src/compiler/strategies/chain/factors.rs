@@ -15,7 +15,7 @@ use crate::error::Error;
 use crate::ids::VariableId;
 use crate::potential::{MOST_CELLS, Orders, Potential, Product};
 use crate::radix;
-use crate::strategies::over_time::Instant;
+use crate::strategies::over_time::{Instant, Weighed};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
@@ -42,6 +42,8 @@ pub(super) struct Factors<'s> {
     axes: BTreeSet<usize>,
     /// Likelihoods of slots, applied at each instant with observations (virtual evidence).
     likelihoods: Vec<(usize, Vec<f64>)>,
+    /// Those of one instant.
+    pub(super) weighed: Vec<Weighed>,
     patterns: HashMap<(bool, Vec<usize>), Arc<Vec<Described>>>,
     distributions: HashMap<(usize, bool), Arc<Vec<Distribution>>>,
     constant: HashMap<(usize, bool), Arc<Potential>>,
@@ -149,6 +151,7 @@ impl<'s> Factors<'s> {
             before,
             axes,
             likelihoods,
+            weighed: Vec::new(),
             patterns: HashMap::new(),
             distributions: HashMap::new(),
             constant: HashMap::new(),
@@ -213,7 +216,7 @@ impl<'s> Factors<'s> {
             let cells = (0..self.counts[*slot]).map(is).collect();
             product.push(Arc::new(Potential::of_numbers(vec![*slot], cells)));
         }
-        for (slot, weights) in self.likelihoods.iter().filter(|_| given) {
+        for (slot, weights) in self.likelihoods.iter().filter(|_| given).chain(&self.weighed) {
             let fixed = instant.iter().find(|(own, _)| own == slot && !self.axes.contains(own));
             product.push(Arc::new(match fixed {
                 Some((_, value)) => Potential::of_numbers(Vec::new(), vec![weights[*value as usize]]),
@@ -285,15 +288,26 @@ impl<'s> Factors<'s> {
         Ok((cells, logarithms, ln_scale))
     }
 
+    /// The observed slots, and those that have likelihoods at this instant alone.
+    fn slots_of(&self, instant: &Instant) -> Vec<usize> {
+        let mut slots: Vec<usize> = instant.iter().map(|(slot, _)| *slot).collect();
+        if !self.weighed.is_empty() {
+            slots.push(usize::MAX);
+            slots.extend(self.weighed.iter().map(|(slot, _)| *slot));
+        }
+        slots
+    }
+
     /// The relevant factors for this set of observed slots.
     fn pattern(&mut self, instant: &Instant, first: bool) -> Result<Arc<Vec<Described>>, Error> {
-        let key = (first, instant.iter().map(|(slot, _)| *slot).collect::<Vec<usize>>());
+        let key = (first, self.slots_of(instant));
         if let Some(pattern) = self.patterns.get(&key) {
             return Ok(pattern.clone());
         }
         let improper = |own: &&Own| !own.proper && self.counts[own.instance.left[0]] > 0 && !own.initial;
         let mut rest: Vec<usize> = self.axes.iter().copied().filter(|slot| self.counts[*slot] > 0).collect();
-        rest.extend(&key.1);
+        rest.extend(instant.iter().map(|(slot, _)| *slot));
+        rest.extend(self.weighed.iter().map(|(slot, _)| *slot));
         rest.extend(self.likelihoods.iter().map(|(slot, _)| *slot));
         rest.extend(self.own.iter().filter(improper).flat_map(|own| own.instance.left.clone()));
         let applies = |position: &usize| first || !self.own[*position].initial;
@@ -306,9 +320,10 @@ impl<'s> Factors<'s> {
         let mut described = Vec::new();
         for position in wanted {
             let left = &self.own[position].instance.left;
-            let fixed = |slot: &usize| key.1.contains(slot) && !self.axes.contains(slot);
+            let observed = |slot: &usize| instant.iter().any(|(own, _)| own == slot);
+            let fixed = |slot: &usize| observed(slot) && !self.axes.contains(slot);
             // An unobserved real: the expression of its Dirac is substituted where the value is needed.
-            if self.counts[left[0]] == 0 && !key.1.contains(&left[0]) {
+            if self.counts[left[0]] == 0 && !observed(&left[0]) {
                 continue;
             }
             let mut own = Described {

@@ -9,19 +9,21 @@ use crate::error::Error;
 use crate::model::{Finding, Known, Statistic, When};
 use crate::posterior::{Numbers, check_draws};
 use crate::strategies::over_time::{
-    Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence,
+    Answered, Instant, InstantLaw, InstantPosterior, OverTime, Scope, Sequence, Weighed,
 };
 
 pub(crate) fn answer(
     setting: &Setting<'_>,
     route: &OverTime,
-    instants: &[Instant],
+    (instants, weighed): (&[Instant], Vec<Vec<Weighed>>),
     scope: Scope,
     seed: u64,
 ) -> Result<Answered, Error> {
     let ask = route.ask();
     let searched: Vec<usize> = ask.searched.iter().flat_map(|item| setting.slots_of(item.variable)).collect();
     let mut chain = chain(setting, route)?;
+    let are_weighed = weighed.iter().any(|instant| !instant.is_empty());
+    chain.weighed = weighed;
     let forward = chain.forward(instants, ask.when.ahead())?;
     // One array for the posteriors of all instants.
     let last = instants.len() + ask.when.ahead();
@@ -57,7 +59,8 @@ pub(crate) fn answer(
     let is_finite =
         |(slot, _): &(usize, f64)| setting.model.variables[setting.variable_of(*slot)].domain.is_finite();
     let is_virtual = |known: &Known| matches!(known.evidence, Finding::Virtual(_));
-    let is_event = instants.iter().flatten().all(is_finite) && !ask.known.iter().any(is_virtual);
+    let is_event =
+        instants.iter().flatten().all(is_finite) && !are_weighed && !ask.known.iter().any(is_virtual);
     let most = if is_event { 0.0 } else { f64::INFINITY };
     Ok(Answered { posteriors: all, sequences, ln_evidence: forward.ln_evidence.min(most) })
 }

@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::error::Impossible;
 use crate::ids::VariableId;
 use crate::potential::{Orders, Product, Trace};
-use crate::strategies::over_time::Instant;
+use crate::strategies::over_time::{Instant, Weighed};
 use factors::Factors;
 
 /// A chain of instants.
@@ -33,6 +33,8 @@ pub(crate) struct Chain<'s> {
     /// The question, for error messages.
     asked: String,
     searched: Vec<usize>,
+    /// The likelihoods of each instant, besides those of the question.
+    weighed: Vec<Vec<Weighed>>,
 }
 
 /// The forward messages.
@@ -84,7 +86,12 @@ impl<'s> Chain<'s> {
         asked: String,
     ) -> Result<Self, Error> {
         let factors = Factors::new(setting, carried, searched.iter().copied(), likelihoods)?;
-        Ok(Self { factors, asked, searched })
+        Ok(Self { factors, asked, searched, weighed: Vec::new() })
+    }
+
+    /// Likelihoods that apply from now on, besides those of the question: those of one instant.
+    pub(crate) fn weigh(&mut self, weighed: &[Weighed]) {
+        self.factors.weighed = weighed.to_vec();
     }
 
     /// The number of values of a slot.
@@ -106,6 +113,7 @@ impl<'s> Chain<'s> {
         for number in 0..instants.len() + ahead {
             let given = number < instants.len();
             let instant = instants.get(number).unwrap_or(&nothing);
+            self.factors.weighed = self.weighed.get(number).cloned().unwrap_or_default();
             let step = self.step(forward.messages.last(), instant, number, given)?;
             // A later instant adds ln of the probability that it has values at all: 0, but for a sum outside its range.
             forward.ln_evidence += step.ln_total;

@@ -5,6 +5,7 @@
 
 use super::unknown::Observed;
 use crate::distribution::{Instance, Setting};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::{ExpressionId, VariableId};
 use crate::law::Law;
@@ -274,8 +275,9 @@ fn check_range(
     let head = model.head(&model.factors[instance.factor]);
     let reason = format!(
         "`{head}` is normalised over a range without all numbers of successes of {trials} trials, so that its probability has no \
-         conjugate prior; declare `{} : 0..={trials}`, or take `--by gibbs`",
-        model.variable_name(left)
+         conjugate prior; declare `{} : 0..={trials}`, or take `{}`",
+        model.variable_name(left),
+        Advice::By("gibbs")
     );
     Err(Error::Unplanned { question: model.name.clone(), reason })
 }

@@ -13,6 +13,7 @@ use super::offer::{
 };
 use crate::analysis::{of_form, relevant_factors};
 use crate::distribution::{LnTerms, Setting, ln_terms, ln_weights};
+use crate::door::Advice;
 use crate::equation::{CLOSE, Line, Notation, OPEN, Strategy};
 use crate::error::{Error, Impossible};
 use crate::ids::{ExpressionId, FactorId, VariableId};
@@ -258,7 +259,7 @@ impl Prepared for Summed {
         let counts: Vec<usize> = slots.iter().map(|slot| setting.count(setting.variable_of(*slot))).collect();
         let combinations: f64 = counts.iter().map(|count| *count as f64).product();
         if combinations > MOST_COMBINATIONS {
-            let help = "take `--by gibbs`".to_owned();
+            let help = format!("take `{}`", Advice::By("gibbs"));
             let (name, most) = (model.ask_text(first), MOST_COMBINATIONS);
             return Err(Error::TooLarge { name, cells: combinations, most, help });
         }

@@ -53,6 +53,7 @@ pub(crate) fn is_normal(form: &Form) -> bool {
 }
 
 /// An extended Kalman filter.
+#[derive(Clone)]
 pub(crate) struct Extended<'s> {
     filter: Filter,
     tangents: Tangents<'s>,
@@ -60,6 +61,7 @@ pub(crate) struct Extended<'s> {
 }
 
 /// The instances of an instant, from which its tangents are made.
+#[derive(Clone)]
 struct Tangents<'s> {
     first: Setting<'s>,
     later: Setting<'s>,

@@ -140,7 +140,8 @@ pub fn gibbs(
         let after = ends.filter(|end| *end > first).min().unwrap_or(sweeps);
         let swept = chains.par_iter_mut().map(|chain| {
             for sweep in first..after {
-                if !work.may_go_on() && chain.draws.len() >= FEWEST_DRAWS * kept.len() {
+                let may_end = || chain.draws.len() >= FEWEST_DRAWS * kept.len() || !work.is_wanted();
+                if !work.may_go_on() && may_end() {
                     work.ends();
                     break;
                 }
@@ -157,6 +158,9 @@ pub fn gibbs(
             Ok(())
         });
         swept.collect::<Result<(), Error>>()?;
+        if !work.is_wanted() {
+            return Err(Error::Interrupted);
+        }
         if learned_after.contains(&after) {
             learn(&mut chains, &blocks, &gradients);
         }

@@ -8,6 +8,7 @@ use super::compiled::Terms;
 use super::finite_rest::{FiniteRest, Summand};
 use crate::analysis::is_linear_in;
 use crate::distribution::{Instance, Setting};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Form, Model};
@@ -197,7 +198,8 @@ pub(super) fn stuck(setting: &Setting<'_>, slot: usize, why: &str) -> Error {
     let name = setting.slot_name(slot);
     let reason = format!(
         "`{name}` {why}; Gibbs sampling would never leave where it begins: add some noise, \
-         `normal(…, deviation)`, or take `--by weighting`"
+         `normal(…, deviation)`, or take `{}`",
+        Advice::By("weighting")
     );
     Error::Unplanned { question: setting.model.name.clone(), reason }
 }

@@ -10,7 +10,7 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::exec::Inputs;
 use crate::guess;
-use crate::ids::VariableId;
+use crate::ids::{FactorId, VariableId};
 use crate::model::{self, Known, Model, Value};
 use std::collections::{HashMap, HashSet};
 
@@ -29,6 +29,22 @@ pub struct Named {
     known: Vec<(usize, usize)>,
 }
 
+/// The names of the variables of a network, and the evidence that holds for every question.
+type Names = (Vec<(String, VariableId)>, Vec<(usize, usize)>);
+
+/// The names of the slots of a setting that a network has: `numbers` has the number of each, `usize::MAX` where it has none.
+fn names(setting: &Setting<'_>, known: &[Known], numbers: &[usize]) -> Names {
+    let value = |known: &Known| match known.evidence {
+        model::Finding::Hard(Value::Ordinal(ordinal)) => {
+            Some((numbers[setting.slots_of(known.variable).start], ordinal))
+        }
+        _ => None,
+    };
+    let slots = (0..setting.slots()).filter(|slot| numbers[*slot] != usize::MAX);
+    let names = slots.map(|slot| (setting.slot_name(slot), setting.variable_of(slot)));
+    (names.collect(), known.iter().filter_map(value).collect())
+}
+
 impl Named {
     /// The network of a model, with evidence that holds for every question.
     ///
@@ -45,20 +61,38 @@ impl Named {
     pub fn with(model: Model, known: &[Known], inputs: &Inputs<'_, f64>) -> Result<Self, Error> {
         let setting = Setting::new(&model, inputs)?;
         let network = Network::of(&setting)?;
-        let value = |known: &Known| match known.evidence {
-            model::Finding::Hard(Value::Ordinal(ordinal)) => {
-                Some((setting.slots_of(known.variable).start, ordinal))
-            }
-            _ => None,
-        };
-        let known = known.iter().filter_map(value).collect();
-        let names: Vec<(String, VariableId)> =
-            (0..setting.slots()).map(|slot| (setting.slot_name(slot), setting.variable_of(slot))).collect();
+        let slots: Vec<usize> = (0..setting.slots()).collect();
+        let names = names(&setting, known, &slots);
+        Ok(Self::made(model, network, names))
+    }
+
+    /// The network of some factors, which distribute all ancestors of their variables, and of the variables `kept`: what the
+    /// others distribute is summed out.
+    ///
+    /// # Errors
+    /// See [`Network::of`].
+    pub(crate) fn of_factors<'n>(
+        model: Model,
+        known: &[Known],
+        inputs: &Inputs<'_, f64>,
+        factors: &[FactorId],
+        kept: impl Iterator<Item = &'n str>,
+    ) -> Result<Self, Error> {
+        let setting = Setting::new(&model, inputs)?;
+        let slots: HashMap<String, usize> =
+            (0..setting.slots()).map(|slot| (setting.slot_name(slot), slot)).collect();
+        let kept: Vec<usize> = kept.filter_map(|name| slots.get(name).copied()).collect();
+        let (network, numbers) = Network::ancestral(&setting, factors, &kept)?;
+        let names = names(&setting, known, &numbers);
+        Ok(Self::made(model, network, names))
+    }
+
+    fn made(model: Model, network: Network, (names, known): Names) -> Self {
         let mut numbers = HashMap::with_capacity(names.len());
         for (number, (name, _)) in names.iter().enumerate() {
             numbers.entry(name.clone()).or_insert(number);
         }
-        Ok(Self { network, ln_scale: 0.0, names, numbers, model, known })
+        Self { network, ln_scale: 0.0, names, numbers, model, known }
     }
 
     /// The model.

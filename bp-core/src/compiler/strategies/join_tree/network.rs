@@ -123,6 +123,27 @@ impl Network {
         Ok((network, numbers))
     }
 
+    /// The tables of some factors, which distribute all ancestors of their variables, as [`Network::part`]: each is known to
+    /// sum to one.
+    ///
+    /// # Errors
+    /// As [`Network::of`].
+    pub(crate) fn ancestral(
+        setting: &Setting<'_>,
+        factors: &[FactorId],
+        wanted: &[usize],
+    ) -> Result<(Self, Vec<usize>), Error> {
+        let (mut network, numbers) = Self::part(setting, factors, wanted)?;
+        let mut table = 0;
+        for id in factors {
+            for instance in setting.instances(*id)? {
+                instance.left.iter().for_each(|left| network.table_of[numbers[*left]] = Some(table));
+                table += 1;
+            }
+        }
+        Ok((network, numbers))
+    }
+
     /// The table of an instance; `assignment` is all zeros before and after; its cells are subtracted from `room`.
     fn table(
         &mut self,

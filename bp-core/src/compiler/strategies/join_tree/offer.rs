@@ -5,6 +5,7 @@
 //! removed, by the rule that keeps improper ones; the remaining sum equals the one that loops would compute.
 
 use crate::distribution::Setting;
+use crate::door::Advice;
 use crate::elimination::{Effort, triangulate};
 use crate::equation::{
     Draft, Exact, Group, Line, MOST_PRODUCTS, Notation, Options, Strategy, Term, remove_barren,
@@ -193,7 +194,7 @@ impl strategies::Engine for Engine {
         // The limit of sums; groups are limited by memory alone.
         if products > MOST_PRODUCTS && tree.group == Group::Tables && !turn.forced {
             let question = model.ask_text(&asks[0]);
-            let help = "observe more variables, or name it: `--by join_tree`".to_owned();
+            let help = format!("observe more variables, or name it: `{}`", Advice::By("join_tree"));
             return Err(Error::TooLong { question, products, most: MOST_PRODUCTS, help });
         }
         Ok(Route::Tree(tree))

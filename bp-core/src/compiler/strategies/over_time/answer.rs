@@ -6,6 +6,7 @@
 
 use super::{self as time, Answered, Followed, InstantLaw, InstantPosterior, OverTime, Scope};
 use crate::distribution::Setting;
+use crate::door::Advice;
 use crate::error::Error;
 use crate::model::{Ask, Known, Model, Statistic, When};
 use crate::posterior::{
@@ -105,7 +106,9 @@ impl Asker<'_> {
             return Err(Error::input(self.setting.model.ask_text(self.route.ask()), message));
         }
         let instants = time::instants(self.setting, self.route, &self.observed())?;
-        let mut answered = time::answer(self.setting, self.route, &instants, scope, self.case.sampling)?;
+        let likelihoods = self.case.findings.map(|findings| findings.instants.as_slice()).unwrap_or_default();
+        let known = (instants.as_slice(), likelihoods);
+        let mut answered = time::answer(self.setting, self.route, known, scope, self.case.sampling)?;
         let ask = self.route.ask();
         if let Some(absent) = self.route.absent_at_first(self.setting.model)
             && answered.posteriors.first().is_some_and(|posterior| posterior.instant == 1)
@@ -258,7 +261,7 @@ impl Asker<'_> {
                     (self.setting.slot_name(slot), value)
                 };
                 let values = instant.into_iter().chain(slots.zip(values).map(spelled)).collect();
-                vec![Row { values, figure: Figure::Mode { by: "most probable of the drawn paths" } }]
+                vec![Row { values, figure: Figure::Mode { by: Figure::MODES[1] } }]
             }
             InstantLaw::Normal(belief) => {
                 gaussian::rows(self.setting, ask, &belief.law, instant.as_slice(), random)?
@@ -286,7 +289,7 @@ fn estimate(posterior: &InstantPosterior, sampling: Sampling) -> Option<Estimate
             least.1,
             match count < sampling.particles {
                 true => format!("of so many instants no more than {count} paths are drawn"),
-                false => "use more (--particles)".to_owned(),
+                false => format!("use more (`{}`)", Advice::Draws),
             }
         )
     }));

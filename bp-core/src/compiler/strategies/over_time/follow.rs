@@ -33,6 +33,17 @@ enum State<'m> {
     Particles { moves: Box<Moves<'m>>, linear: Vec<usize>, kept: Vec<usize>, cloud: Box<Cloud> },
 }
 
+/// What a filter carries after an instant, before it is taken in.
+enum Next<'m> {
+    Chain(Product),
+    Gaussian(Box<Filter>),
+    Extended(Box<Extended<'m>>),
+    Particles(Box<Cloud>),
+}
+
+/// A slot, and a likelihood for each of its values.
+pub(crate) type Weighed = (usize, Vec<f64>);
+
 impl<'m> Follower<'m> {
     /// A filter before its first instant.
     ///
@@ -88,6 +99,20 @@ impl<'m> Follower<'m> {
     /// # Errors
     /// A value outside its domain; observations that are impossible.
     pub fn step(&mut self, observed: &[(usize, f64)]) -> Result<InstantPosterior, Error> {
+        self.step_if(observed, &[], |_, posterior, _| (posterior.clone(), true))
+    }
+
+    /// The same, with likelihoods of the values of other slots; the instant is taken in only if `accepts`, which is given the
+    /// filter before it, the posterior and ln P(all observations), returns true with its result.
+    ///
+    /// # Errors
+    /// As [`Follower::step`]; likelihoods in a filter of draws or of normal laws.
+    pub(crate) fn step_if<T>(
+        &mut self,
+        observed: &[(usize, f64)],
+        weighed: &[Weighed],
+        accepts: impl FnOnce(&Self, &InstantPosterior, f64) -> (T, bool),
+    ) -> Result<T, Error> {
         let mut checked = Observations::none(&self.setting);
         let mut instant = self.always.clone();
         for (slot, value) in observed {
@@ -96,36 +121,63 @@ impl<'m> Follower<'m> {
             instant.push((*slot, checked.values[*slot]));
         }
         instant.sort_by_key(|(slot, _)| *slot);
+        if let (Some((slot, _)), false) = (weighed.first(), matches!(self.state, State::Chain { .. })) {
+            return Err(only_values(&self.setting, *slot));
+        }
+        let (law, next, ln_evidence) = self.next(&instant, weighed)?;
+        let posterior = InstantPosterior { instant: self.instants + 1, law };
+        let (result, is_accepted) = accepts(self, &posterior, ln_evidence);
+        if is_accepted {
+            match (&mut self.state, next) {
+                (State::Chain { last, .. }, Next::Chain(message)) => *last = Some(message),
+                (State::Gaussian(filter), Next::Gaussian(next)) => *filter = next,
+                (State::Extended(filter), Next::Extended(next)) => *filter = next,
+                (State::Particles { cloud, .. }, Next::Particles(next)) => *cloud = next,
+                _ => unreachable!("internal: the state of another filter"),
+            }
+            (self.instants, self.ln_evidence) = (posterior.instant, ln_evidence);
+        }
+        Ok(result)
+    }
+
+    /// The belief after one more instant, what the filter then carries, and ln P(all observations).
+    fn next(&mut self, instant: &Instant, weighed: &[Weighed]) -> Result<(InstantLaw, Next<'m>, f64), Error> {
         let number = self.instants;
-        let law = match &mut self.state {
+        let ln_of = |beliefs: &[Belief]| beliefs.iter().map(|belief| belief.ln_evidence).sum::<f64>();
+        Ok(match &mut self.state {
             State::Chain { chain, searched, last } => {
-                let step = chain.step(last.as_ref(), &instant, number, true)?;
+                chain.weigh(weighed);
+                let step = chain.step(last.as_ref(), instant, number, true);
+                chain.weigh(&[]);
+                let step = step?;
                 let numbers =
                     chain.after(last.as_ref(), &step.product, |joint| joint.distribution(searched))?;
-                self.ln_evidence += step.ln_total;
-                *last = Some(step.message);
-                InstantLaw::Finite(numbers.into())
+                let ln_evidence = self.ln_evidence + step.ln_total;
+                (InstantLaw::Finite(numbers.into()), Next::Chain(step.message), ln_evidence)
             }
             State::Gaussian(filter) => {
-                last_of(filter.filtered(std::slice::from_ref(&instant))?, &mut self.ln_evidence)
+                let mut next = filter.clone();
+                let beliefs = next.filtered(std::slice::from_ref(instant))?;
+                let ln_evidence = self.ln_evidence + ln_of(&beliefs);
+                (last_of(beliefs), Next::Gaussian(next), ln_evidence)
             }
             State::Extended(filter) => {
-                last_of(filter.filtered(std::slice::from_ref(&instant))?, &mut self.ln_evidence)
+                let mut next = filter.clone();
+                let beliefs = next.filtered(std::slice::from_ref(instant))?;
+                let ln_evidence = self.ln_evidence + ln_of(&beliefs);
+                (last_of(beliefs), Next::Extended(next), ln_evidence)
             }
             State::Particles { moves, linear, kept, cloud } => {
                 let mut next = cloud.clone();
-                if !moves.advance(&mut next, &instant)? {
+                if !moves.advance(&mut next, instant)? {
                     let draws = cloud.particles.len();
-                    return Err(unmet(&self.setting, &self.route, number, &instant, draws));
+                    return Err(unmet(&self.setting, &self.route, number, instant, draws));
                 }
                 moves.check_constants(&next, self.route.ask())?;
-                *cloud = next;
-                self.ln_evidence = cloud.ln_evidence;
-                cloud_of(cloud, kept, linear)
+                let ln_evidence = next.ln_evidence;
+                (cloud_of(&mut next, kept, linear), Next::Particles(next), ln_evidence)
             }
-        };
-        self.instants += 1;
-        Ok(InstantPosterior { instant: self.instants, law })
+        })
     }
 
     /// The belief `steps` instants after the last one, without observations. The filter itself is unchanged.
@@ -174,8 +226,13 @@ pub(super) fn cloud_of(cloud: &mut Cloud, kept: &[usize], linear: &[usize]) -> I
     }
 }
 
-/// The last belief; all add to ln P(observations).
-fn last_of(beliefs: Vec<Belief>, ln_evidence: &mut f64) -> InstantLaw {
-    *ln_evidence += beliefs.iter().map(|belief| belief.ln_evidence).sum::<f64>();
+/// The refusal of a likelihood where draws or normal laws are followed.
+pub(super) fn only_values(setting: &Setting<'_>, slot: usize) -> Error {
+    let message = "a likelihood at one instant is followed where all variables that are carried are finite; give a value";
+    Error::input(setting.slot_name(slot), message)
+}
+
+/// The last belief.
+fn last_of(beliefs: Vec<Belief>) -> InstantLaw {
     InstantLaw::Normal(beliefs.into_iter().next_back().expect("internal: a belief for each instant"))
 }

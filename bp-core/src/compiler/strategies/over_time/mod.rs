@@ -13,18 +13,20 @@ mod parts;
 pub(crate) use answer::of_instant;
 pub use code::InstantCode;
 pub use follow::Follower;
+pub(crate) use follow::Weighed;
 pub use offer::{By, OverTime};
 pub(crate) use offer::{check, check_sequence, draws_reals, not_of_normal, not_of_reals};
 
 use crate::distribution::Setting;
+use crate::door::Advice;
 use crate::error::Error;
 use crate::memory;
 use crate::model::{Finding, Value, When};
 use crate::posterior::Numbers;
 use crate::sample::{Draws, Normals, Sampling};
-use crate::strategies::chain;
 use crate::strategies::gaussian::{Belief, Extended, Filter};
 use crate::strategies::particles::{Cloud, Moves, Path, Paths};
+use crate::strategies::{Likelihoods, chain};
 use std::sync::Arc;
 
 /// The observations of an instant: slots and their values.
@@ -110,32 +112,59 @@ pub fn instants(
     route: &OverTime,
     observations: &[Vec<(String, f64)>],
 ) -> Result<Vec<Instant>, Error> {
-    let model = setting.model;
-    let mut slots: Vec<(String, usize)> = Vec::new();
-    for variable in route.observed(model) {
-        slots.extend(setting.slots_of(variable).map(|slot| (setting.slot_name(slot), slot)));
-    }
+    let slots = observed(setting, route);
     let always = always(setting, route);
     let mut all = Vec::with_capacity(observations.len());
     for (position, observed) in observations.iter().enumerate() {
         let mut checked = crate::sample::Observations::none(setting);
         let mut instant = always.clone();
         for (name, value) in observed {
-            let Some((_, slot)) = slots.iter().find(|(known, _)| known == name) else {
-                let known: Vec<String> = slots.iter().map(|(name, _)| format!("`{name}`")).collect();
-                let message = format!("the question does not know it; it knows {}", known.join(", "));
-                return Err(Error::input(name, message));
-            };
+            let slot = slot_named(&slots, name)?;
             checked
-                .observe(setting, *slot, *value)
+                .observe(setting, slot, *value)
                 .map_err(|error| Error::input(format!("instant {}", position + 1), error.to_string()))?;
-            instant.retain(|(own, _)| own != slot);
-            instant.push((*slot, checked.values[*slot]));
+            instant.retain(|(own, _)| *own != slot);
+            instant.push((slot, checked.values[slot]));
         }
         instant.sort_by_key(|(slot, _)| *slot);
         all.push(instant);
     }
     Ok(all)
+}
+
+/// The names of the slots that a question observes.
+fn observed(setting: &Setting<'_>, route: &OverTime) -> Vec<(String, usize)> {
+    let slots = route.observed(setting.model).into_iter().flat_map(|variable| setting.slots_of(variable));
+    slots.map(|slot| (setting.slot_name(slot), slot)).collect()
+}
+
+fn slot_named(slots: &[(String, usize)], name: &str) -> Result<usize, Error> {
+    let found = slots.iter().find(|(known, _)| known == name);
+    found.map(|(_, slot)| *slot).ok_or_else(|| {
+        let known: Vec<String> = slots.iter().map(|(name, _)| format!("`{name}`")).collect();
+        Error::input(name, format!("the question does not know it; it knows {}", known.join(", ")))
+    })
+}
+
+/// The slots and likelihoods of each instant, by name.
+///
+/// # Errors
+/// A name that is not an observed variable; a strategy that follows values alone.
+fn weighed(
+    setting: &Setting<'_>,
+    route: &OverTime,
+    instants: &[Likelihoods],
+) -> Result<Vec<Vec<Weighed>>, Error> {
+    let slots = observed(setting, route);
+    let one = |(name, weights): &(String, Vec<f64>)| Ok((slot_named(&slots, name)?, weights.clone()));
+    let all: Vec<Vec<Weighed>> =
+        instants.iter().map(|instant| instant.iter().map(one).collect()).collect::<Result<_, Error>>()?;
+    match (all.iter().flatten().next(), &route.by) {
+        (Some((slot, _)), By::Gaussian(_) | By::Extended | By::Particles { .. }) => {
+            Err(follow::only_values(setting, *slot))
+        }
+        _ => Ok(all),
+    }
 }
 
 /// A value that the question gives holds at every instant.
@@ -165,7 +194,7 @@ const MOST_STEPS: usize = 1_000_000;
 pub fn answer(
     setting: &Setting<'_>,
     route: &OverTime,
-    instants: &[Instant],
+    (instants, likelihoods): (&[Instant], &[Likelihoods]),
     scope: Scope,
     sampling: Sampling,
 ) -> Result<Answered, Error> {
@@ -175,8 +204,9 @@ pub fn answer(
         let name = setting.model.ask_text(route.ask());
         return Err(Error::TooLarge { name, cells: ahead as f64, most: MOST_STEPS as f64, help });
     }
+    let weighed = weighed(setting, route, likelihoods)?;
     match &route.by {
-        By::Chain => chain::answer(setting, route, instants, scope, sampling.seed),
+        By::Chain => chain::answer(setting, route, (instants, weighed), scope, sampling.seed),
         By::Gaussian(gaussian) => {
             let mut filter = Filter::of(setting, gaussian)?;
             let beliefs = match route.ask().when.is_every_instant() {
@@ -264,7 +294,7 @@ fn by_paths(
     let sampling = Sampling { particles: paths_of(instants.len(), sampling), ..sampling };
     let cells = sampling.particles as f64 * instants.len() as f64 * (setting.slots() as f64 + 3.0);
     if let Some(free) = memory::free().filter(|free| 8.0 * cells > *free) {
-        let help = "follow fewer particles (--particles), or fewer instants".to_owned();
+        let help = format!("follow fewer particles (`{}`), or fewer instants", Advice::Draws);
         let name = setting.model.ask_text(route.ask());
         return Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help });
     }

@@ -5,6 +5,7 @@
 //! standard errors are those between origins at the start, and a few origins give none.
 
 use super::{Cloud, Moves};
+use crate::door::Advice;
 use crate::error::Error;
 use crate::ids::VariableId;
 use crate::model::{Ask, Expression, Form, Model};
@@ -37,8 +38,9 @@ impl Moves<'_> {
         let (left, instant) = (cloud.values_left().ceil(), cloud.effective.len());
         let reason = format!(
             "`{name}` is constant over time, and about {left} of its {count} draws are left at instant {instant}: \
-             their error is not known; take the rows as the elements of a family (--rows), or more particles \
-             (--particles)"
+             their error is not known; take the rows as the elements of a family (`{}`), or more particles (`{}`)",
+            Advice::Rows,
+            Advice::Draws
         );
         Err(Error::Unplanned { question: model.ask_text(ask), reason })
     }

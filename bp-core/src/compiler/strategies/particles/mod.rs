@@ -269,7 +269,7 @@ impl<'s> Moves<'s> {
             each(&cloud);
         }
         cloud.complete();
-        match cloud.effective.is_empty() && progress::is_stopped() {
+        match cloud.effective.is_empty() && progress::is_stopped() || !work.is_wanted() {
             true => Err(Error::Interrupted),
             false => Ok(Ok(cloud)),
         }

@@ -6,6 +6,7 @@
 use super::refusal::check_variance;
 use super::{Sampled, weigh};
 use crate::distribution::Setting;
+use crate::door::Advice;
 use crate::equation::Strategy;
 use crate::error::Error;
 use crate::exec::Inputs;
@@ -103,7 +104,7 @@ fn fits(name: String, kept: &[usize], sampling: Sampling) -> Result<(), Error> {
     let cells = sampling.particles as f64 * (2.0 * kept.len() as f64 + 8.0);
     match memory::free() {
         Some(free) if 8.0 * cells > free => {
-            let help = "make fewer draws (--particles), or search fewer variables".to_owned();
+            let help = format!("make fewer draws (`{}`), or search fewer variables", Advice::Draws);
             Err(Error::TooLarge { name, cells, most: (free / 8.0).floor(), help })
         }
         _ => Ok(()),
@@ -168,15 +169,17 @@ fn estimate(draws: &Draws, ln_evidence_error: Option<f64>, sampling: Sampling) -
             Some(format!("interrupted: {made} draws were made, of the {} asked for", sampling.particles))
         }
         Some(r_hat) if r_hat > MOST_R_HAT => Some(format!(
-            "the chains have not converged (R-hat {r_hat:.2} > {MOST_R_HAT}); take more draws (--particles), or \
-             use `--by weighting`"
+            "the chains have not converged (R-hat {r_hat:.2} > {MOST_R_HAT}); take more draws (`{}`), or use `{}`",
+            Advice::Draws,
+            Advice::By("weighting")
         )),
         Some(_) if effective < FEW => Some(format!(
-            "the effective number of draws is {effective:.0}: the chains mix slowly; take more draws (--particles)"
+            "the effective number of draws is {effective:.0}: the chains mix slowly; take more draws (`{}`)",
+            Advice::Draws
         )),
         None if effective < FEW => Some(format!(
-            "the effective number of draws is {effective:.0}: the evidence is improbable a priori; take more draws \
-             (--particles)"
+            "the effective number of draws is {effective:.0}: the evidence is improbable a priori; take more draws (`{}`)",
+            Advice::Draws
         )),
         _ => None,
     };
@@ -223,7 +226,7 @@ pub(crate) fn rows(
         let mode = |slot: &usize| {
             let position = kept.iter().position(|own| own == slot).expect("internal: the offer has looked");
             let values = vec![(setting.slot_name(*slot), exact(draws.mode(position)))];
-            Row { values, figure: Figure::Mode { by: "half-sample mode" } }
+            Row { values, figure: Figure::Mode { by: Figure::MODES[0] } }
         };
         best.extend(reals.iter().map(mode));
         return Ok(best);

@@ -79,6 +79,9 @@ pub(crate) fn weigh(
     let all: Vec<(Vec<LnTerms>, Vec<f64>)> =
         (0..chunks).into_par_iter().map(draw).collect::<Result<_, Error>>()?;
     // When the work is interrupted, the draws made so far answer.
+    if !work.is_wanted() {
+        return Err(Error::Interrupted);
+    }
     let (ln_weights, values): (Vec<Vec<LnTerms>>, Vec<Vec<f64>>) = all.into_iter().unzip();
     let ln_weights = ln_weights.concat();
     if ln_weights.is_empty() {

@@ -19,10 +19,12 @@ impl Factors<'_> {
     ) -> Result<Product, Error> {
         let bits = instant.iter().map(|(slot, value)| (*slot, value.to_bits())).collect();
         let key: Made = (first, given, bits);
-        if let Some(made) = self.made.get(&key) {
+        // A likelihood of one instant seldom comes again.
+        let made = self.made.get(&key).filter(|_| self.weighed.is_empty());
+        if let Some(made) = made {
             return Ok(made.clone());
         }
-        let slots = instant.iter().map(|(slot, _)| *slot).collect();
+        let slots = self.slots_of(instant);
         let (constant, observed) = self.potentials(instant, first, given)?;
         let constant = self.summed_once(constant, &observed, (first, given, slots));
         let axes = &self.axes;
@@ -32,7 +34,7 @@ impl Factors<'_> {
             .map_err(|cells| self.too_large(cells))?;
         let cells: usize = product.parts.iter().map(|part| part.len()).sum();
         let finite = instant.iter().all(|(slot, _)| self.counts[*slot] > 0);
-        if finite && self.made_cells + cells <= MOST_MADE {
+        if finite && self.weighed.is_empty() && self.made_cells + cells <= MOST_MADE {
             self.made_cells += cells;
             self.made.insert(key, product.clone());
         }
