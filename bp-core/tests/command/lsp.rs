@@ -294,10 +294,30 @@ fn malformed_messages_are_answered_and_the_server_goes_on() {
     client.write(&json!({ "jsonrpc": "2.0", "id": 9, "result": 1, "methods": 3 }));
     assert_ne!(client.at("textDocument/hover", 6, 11), Value::Null);
     client.end();
-    // A length that is only announced.
-    let (mut client, _) = Client::opened(GRASS);
-    write!(client.to, "Content-Length: 99999999999999\r\n\r\n").unwrap();
-    assert_eq!(client.read()["error"]["code"], -32600);
+}
+
+#[test]
+fn a_request_is_found_after_what_is_no_message() {
+    let request = r#"{"jsonrpc":"2.0","id":7,"method":"shutdown"}"#;
+    let other_id = request.replace(":7", ":{}");
+    for (bytes, code) in [
+        (format!("Content-Length: {}\r\n\r\n{other_id}", other_id.len()), -32600),
+        // Only announced; too short, so that the rest of the message follows; too long, so that it takes a part of the next.
+        ("Content-Length: 99999999999999\r\n\r\n".to_owned(), -32600),
+        (format!("Content-Length: {}\r\n\r\n{request}", request.len() - 9), -32700),
+        (format!("Content-Length: {}\r\n\r\n{request}", request.len() + 9), -32700),
+        (format!("Content-Type: application/json\r\n\r\n{request}"), -32700),
+        (format!("{request}\r\n"), -32700),
+    ] {
+        let (mut client, _) = Client::opened(GRASS);
+        client.to.write_all(bytes.as_bytes()).unwrap();
+        client.write(&json!({ "jsonrpc": "2.0", "id": 8, "method": "shutdown" }));
+        let found = client.read();
+        assert_eq!((&found["error"]["code"], &found["id"]), (&json!(code), &Value::Null), "{bytes}: {found}");
+        assert_eq!(client.read()["id"], 8, "{bytes}");
+        client.tell("exit", Value::Null);
+        assert!(client.server.wait().unwrap().success());
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod symbols;
 mod transport;
 
 use crate::failure::Failure;
+use crate::program::warn;
 use document::Document;
 use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
@@ -30,7 +31,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::io::{BufRead, Write};
-use transport::Incoming;
+use transport::{Incoming, Messages};
 
 /// Serve an editor: diagnostics, hover, completion, definitions, renaming, formatting.
 #[derive(clap::Args)]
@@ -101,18 +102,15 @@ enum Session {
 /// Answers messages until the client ends the session. It ends well after `shutdown`, and if it never began.
 fn serve(from: &mut impl BufRead, out: &mut impl Write) -> Result<(), Failure> {
     let (mut open, mut session) = (Open::new(), Session::Begins);
+    let mut messages = Messages::new(from);
     loop {
-        let message = match transport::read(from)? {
+        let message = match messages.read()? {
             Incoming::Message(message) => message,
             Incoming::Malformed(id, code, reason) => {
                 transport::refuse(out, &id, code, &reason)?;
                 continue;
             }
-            Incoming::TooLong(length, reason) => {
-                transport::refuse(out, &serde_json::Value::Null, ErrorCode::InvalidRequest, &reason)?;
-                transport::pass_over(from, length)?;
-                continue;
-            }
+            Incoming::Answer => continue,
             Incoming::End if session == Session::Runs => {
                 return Err(words("the client ended without `shutdown`"));
             }
@@ -167,8 +165,10 @@ fn respond(open: &Open, session: &mut Session, request: Request) -> Result<Respo
 
 /// Follows a document; returns the diagnostics to be shown.
 fn notice(open: &mut Open, notification: Notification) -> Option<PublishDiagnosticsParams> {
-    fn read<P: DeserializeOwned>(notification: Notification) -> Option<P> {
-        serde_json::from_value(notification.params).ok()
+    /// A notification has no answer that could say what is wrong with it.
+    fn read<P: DeserializeOwned>(Notification { method, params }: Notification) -> Option<P> {
+        let read = serde_json::from_value(params);
+        read.map_err(|error| warn(&format!("bp lsp: `{method}` cannot be read: {error}"))).ok()
     }
     let shown = |uri: Uri, version, document: &Document| {
         let diagnostics = document.diagnostics(&uri);
