@@ -27,6 +27,9 @@ const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz
 /// The functions that emitted code calls.
 const FUNCTIONS: &str = include_str!("../../../../web/functions.js");
 
+/// Those that it calls where an interval of a law without a cumulative distribution has a probability.
+const MASSES: &str = include_str!("../../../../web/masses.js");
+
 /// Reserved words of JavaScript, and names that are not bound anew in a module, that are no keywords of Rust.
 const RESERVED: [&str; 30] = [
     "arguments",
@@ -85,15 +88,18 @@ impl Javascript {
 /// Writes kernels as JavaScript.
 ///
 /// # Errors
-/// A size that is not known ([`Kernel::with_sizes`] fixes it); displacements on a grid; the probability of an interval under
-/// a law whose cumulative distribution has no function in JavaScript.
+/// A size that is not known ([`Kernel::with_sizes`] fixes it); displacements on a grid.
 pub fn emit_javascript(kernels: &[Kernel]) -> Result<Javascript, Error> {
     let mut names = Names::default();
-    RESERVED.into_iter().chain(defined(FUNCTIONS)).for_each(|name| {
+    RESERVED.into_iter().chain(defined(FUNCTIONS)).chain(defined(MASSES)).for_each(|name| {
         names.unique(name);
     });
     let mut text = Text::default();
     text.line(FUNCTIONS);
+    let integrates = |kernel: &Kernel| kernel.nodes.values().any(|node| matches!(node, Node::Mass(..)));
+    if kernels.iter().any(integrates) {
+        text.line(MASSES);
+    }
     let mut made = Javascript::default();
     let tables = Tables::of(kernels, &mut names, &mut text);
     for kernel in kernels {
@@ -159,13 +165,6 @@ fn defined(text: &'static str) -> impl Iterator<Item = &'static str> {
 /// Whether a kernel can be written.
 fn is_possible(kernel: &Kernel) -> Result<(), Error> {
     let refused = |reason: String| Err(Error::Unplanned { question: kernel.name.clone(), reason });
-    if let Some(law) = kernel.nodes.values().find_map(Node::integrated) {
-        return refused(format!(
-            "JavaScript has no function for the probability of an interval under `{}`: use integers, whose probabilities \
-             are densities",
-            law.name()
-        ));
-    }
     if let Some(size) = kernel.sizes().first() {
         return refused(format!(
             "JavaScript is written for known sizes, and `{}` is given at run time",

@@ -7,7 +7,7 @@ use crate::emit::text::Text;
 use crate::ids::{BufferId, Id};
 use crate::kernel::{Fold, Kernel};
 use crate::loops::{Expression, Kind, Local, Of, Operation, Statement};
-use crate::operators::{Binary, Unary};
+use crate::operators::{Binary, Mass, Unary};
 
 pub(super) struct Printer<'k> {
     pub(super) kernel: &'k Kernel,
@@ -54,6 +54,9 @@ impl Printer<'_> {
             (Operation::Number, [x]) => (*x).to_owned(),
             (Operation::Unary(Kind::Lane, operator), [x]) => unary(*operator, x),
             (Operation::Binary(Kind::Lane, operator), [x, y]) => binary(*operator, x, y),
+            (Operation::Mass(Kind::Lane, law), operands) => {
+                format!("{}({})", mass(*law), operands.join(", "))
+            }
             (Operation::Select(Kind::Lane), [condition, then, otherwise]) => {
                 format!("{condition} !== 0 ? {then} : {otherwise}")
             }
@@ -122,6 +125,16 @@ pub(super) fn number(number: f64) -> String {
         f64::INFINITY => "Infinity".to_owned(),
         f64::NEG_INFINITY => "-Infinity".to_owned(),
         number => format!("{number:?}"),
+    }
+}
+
+/// The function of the probability of an interval.
+fn mass(law: Mass) -> &'static str {
+    match law {
+        Mass::Gamma => "gammaMass",
+        Mass::Beta => "betaMass",
+        Mass::StudentT => "studentMass",
+        Mass::VonMises => "misesMass",
     }
 }
 
