@@ -134,3 +134,27 @@ fn particles_filter_after_each_row_without_later_ones() {
     let drawn = ask("particles");
     assert!((drawn[0] - 2.0).abs() < 0.05 && (drawn[1] + 9.0 / 8.0).abs() < 0.05, "{drawn:?}");
 }
+
+#[test]
+fn a_derivation_has_no_factors_that_other_questions_derive() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(
+        &folder,
+        "kalman.bp",
+        "program Kalman {
+            variables { X, X^-1, Z : real; }
+            decomposition { P(X^-1) P(X | X^-1) P(Z | X) }
+            forms {
+                P(X^-1) = previous(X) else normal(0, 1);
+                P(X | X^-1) = normal(X^-1, 1);
+                P(Z | X) = normal(X, 1);
+            }
+            question here { filter P(X | Z) }
+            question over { filter P(X > 3 | Z) }
+        }",
+    );
+    let all = bp(&["explain", path.to_str().unwrap()]).unwrap();
+    let here = bp(&["explain", path.to_str().unwrap(), "here"]).unwrap();
+    assert!(here.contains("covariance of `P(X | X^-1)`"), "{here}");
+    assert!(all.starts_with(&here) && all.len() > here.len(), "{all}");
+}

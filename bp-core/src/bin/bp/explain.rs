@@ -8,7 +8,7 @@ use crate::cost::{self, Table};
 use crate::data::Separator;
 use crate::failure::{Failure, colour};
 use crate::numbers::count;
-use crate::output::{self, questions_of};
+use crate::output;
 use crate::parameters::{self, Free};
 use crate::planning::Planning;
 use crate::{html, latex, program, rows, wrap};
@@ -81,59 +81,71 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, out: &mut impl Write) -> Result<(), Failure> {
-    let (mut network, source) = program::with_source(&arguments.file)?;
+    let (network, source) = program::with_source(&arguments.file)?;
     // A page can show a program without questions.
     let (typed, rows) = (arguments.question.as_deref(), &arguments.rows);
     let rows =
         rows::read(&network.model, rows, &arguments.settings, &arguments.separator, &arguments.ignore)?;
     let questions = match arguments.html {
-        true => questions_of(&mut network, typed)?,
-        false => program::questions_of_rows(&mut network, typed, &rows)?,
+        true => program::shown(&network, typed)?,
+        false => program::asked_of_rows(&network, typed, &rows)?,
     };
     let model = network.model;
-    let questions: Vec<Question> =
-        questions.iter().map(|asked| ask::set(&model, asked, &arguments.settings)).collect();
+    let posed = |question| {
+        let (model, asked) = model.posed(question);
+        let asked = ask::set(&model, &asked, &arguments.settings);
+        (model, asked)
+    };
+    // What one derives is no part of the others.
+    let questions: Vec<Posed<'_>> = questions.iter().map(posed).collect();
     let options = Options { all_offers: true, ..arguments.planning.options() };
     let mut page = Vec::new();
     if arguments.html {
-        let plans = questions.iter().map(|one| by_structure(&model, one, options).map(|(_, plan)| plan));
-        let plans = plans.collect::<Result<Vec<_>, Error>>()?;
+        let planned = |(model, asked): &'_ Posed<'_>| {
+            by_structure(model, asked, options).map(|(model, plan)| (Cow::Owned(model.into_owned()), plan))
+        };
+        let plans = questions.iter().map(planned).collect::<Result<Vec<Planned<'_>>, Error>>()?;
         html::write(&model, &source.text, &plans, arguments.forms, &mut page)?;
         return output::write(arguments.out.as_deref(), &page, out);
     }
     let is_set = !rows.is_empty() || !arguments.settings.is_empty();
     let sizes = || sized(&model, &questions, &arguments.settings, &rows);
     let settings = is_set.then(sizes).transpose()?;
-    let planned = |one: &Question| match &settings {
-        None => by_structure(&model, one, options).or_else(|refused| {
-            // Families whose sizes are known may have an answer element by element.
-            let planned = sizes()
-                .map_err(|_| ())
-                .and_then(|by| plan_sized(&model, one, options, &by.inputs()).map_err(|_| ()));
-            planned.map_err(|()| refused)
-        }),
-        Some(settings) => plan_sized(&model, one, options, &settings.inputs()),
-    };
-    let plans: Vec<Planned<'_>> = questions.iter().map(planned).collect::<Result<_, Error>>()?;
+    let mut plans: Vec<Planned<'_>> = Vec::with_capacity(questions.len());
+    for (model, one) in &questions {
+        plans.push(match &settings {
+            None => by_structure(model, one, options).or_else(|refused| {
+                // Families whose sizes are known may have an answer element by element.
+                let planned = sizes()
+                    .map_err(|_| ())
+                    .and_then(|by| plan_sized(model, one, options, &by.inputs()).map_err(|_| ()));
+                planned.map_err(|()| refused)
+            }),
+            Some(settings) => plan_sized(model, one, options, &settings.inputs()),
+        }?);
+    }
     // Of the program as it is written: families that are written out have a form for each element.
     let inputs = settings.as_ref().map(Settings::inputs);
-    let sizes = inputs.as_ref().and_then(|inputs| Setting::new(&model, inputs).ok());
-    let sizes = sizes.as_ref();
+    let sizes: Vec<Option<Setting<'_>>> = (questions.iter())
+        .map(|(model, _)| inputs.as_ref().and_then(|inputs| Setting::new(model, inputs).ok()))
+        .collect();
+    let sized = questions.iter().zip(&sizes).map(|((model, _), sizes)| (model.as_ref(), sizes.as_ref()));
     if arguments.json {
-        let free = parameters::free(&model, sizes);
-        write_json(&plans, free, (arguments.layout, arguments.forms), &mut page)?;
+        let free: Vec<Free> = sized.map(|(model, sizes)| parameters::free(model, sizes)).collect();
+        write_json(&plans, &free, (arguments.layout, arguments.forms), &mut page)?;
     } else if arguments.latex {
-        write_latex(&model, &plans, arguments.standalone, arguments.forms, &mut page)?;
+        let model = if let [(own, _)] = questions.as_slice() { own } else { &model };
+        write_latex(model, &plans, arguments.standalone, arguments.forms, &mut page)?;
         if arguments.standalone {
             latex::check(&String::from_utf8_lossy(&page))?;
         }
     } else {
         let bold = arguments.out.is_none() && colour(&std::io::stdout());
-        let free = parameters::in_words(&model, sizes);
-        for (position, (model, plan)) in plans.iter().enumerate() {
+        for (position, ((model, plan), (own, sizes))) in plans.iter().zip(sized).enumerate() {
             if position > 0 {
                 writeln!(page)?;
             }
+            let free = parameters::in_words(own, sizes);
             write_text((model, &free), plan, bold, arguments.forms, &mut page)?;
             if arguments.layout {
                 for line in layout(model, plan)? {
@@ -152,6 +164,9 @@ fn by_structure<'m>(model: &'m Model, question: &Question, options: Options) -> 
     Ok((model, plan))
 }
 
+/// A question, and the program in which it is posed.
+type Posed<'m> = (Cow<'m, Model>, Question);
+
 /// A plan, and the program of which it is the plan.
 type Planned<'m> = (Cow<'m, Model>, Plan);
 
@@ -159,12 +174,12 @@ type Planned<'m> = (Cow<'m, Model>, Plan);
 /// is not known has none.
 fn sized(
     model: &Model,
-    questions: &[Question],
+    questions: &[Posed<'_>],
     typed: &[String],
     rows: &PlateData,
 ) -> Result<Settings, Failure> {
     let mut known = names(model);
-    for question in questions {
+    for (model, question) in questions {
         known.extend(values_of(model, question)?);
     }
     let mut settings = Settings::read(model, typed, &known)?.with_rows(rows).with_inferred_sizes(model);
@@ -303,12 +318,12 @@ fn write_latex(
 
 fn write_json(
     plans: &[Planned<'_>],
-    free: Free,
+    free: &[Free],
     (with_layout, forms): (bool, bool),
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let mut documents: Vec<_> =
-        plans.iter().map(|(model, plan)| as_json((model, free), plan, forms)).collect();
+        plans.iter().zip(free).map(|((model, plan), free)| as_json((model, *free), plan, forms)).collect();
     if with_layout {
         for (document, (model, plan)) in documents.iter_mut().zip(plans) {
             document["layout"] = json!(layout(model, plan)?);

@@ -12,6 +12,7 @@ use bp_core::compiler::draw::graph;
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::plan::{Marked, Notation, Plan};
 use bp_core::compiler::xml::{escaped, pieces};
+use std::borrow::Cow;
 use std::io::{Result, Write};
 
 /// The style sheet.
@@ -21,7 +22,7 @@ const STYLE: &str = include_str!("page.css");
 pub(crate) fn write(
     model: &Model,
     text: &str,
-    plans: &[Plan],
+    plans: &[(Cow<'_, Model>, Plan)],
     forms: bool,
     out: &mut impl Write,
 ) -> Result<()> {
@@ -41,7 +42,7 @@ pub(crate) fn write(
     }
     writeln!(out, "<h2>The program</h2>\n<pre>{}</pre>", highlight::highlighted(text.trim()))?;
     writeln!(out, "<p>{}.</p>", prose(&sentence(&parameters::in_words(model, None))))?;
-    for plan in plans {
+    for (model, plan) in plans {
         answer(model, plan, plans.len() == 1, forms, out)?;
     }
     writeln!(out, "</main></body>\n</html>")
@@ -150,10 +151,11 @@ fn prose(text: &str) -> String {
     parts.collect()
 }
 
-/// A text with a capital initial; a name stays as it is.
+/// A text with a capital initial; a name stays as it is, and so does a symbol, which is one letter (but `a` is an article).
 fn sentence(text: &str) -> String {
     let mut characters = text.chars();
     match characters.next() {
+        Some(symbol) if symbol != 'a' && characters.as_str().starts_with(' ') => text.to_owned(),
         Some(first) => first.to_uppercase().chain(characters).collect(),
         None => String::new(),
     }

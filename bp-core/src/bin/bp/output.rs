@@ -4,11 +4,8 @@
 //! is finished before; nothing is written if the question is wrong.
 
 use crate::failure::Failure;
-use crate::program;
 use bp_core::compiler::error::Error;
 use bp_core::compiler::files;
-use bp_core::compiler::io::Network;
-use bp_core::compiler::model::Question;
 use std::io::Write;
 use std::path::Path;
 
@@ -24,12 +21,4 @@ pub(crate) fn write(path: Option<&Path>, page: &[u8], out: &mut impl Write) -> R
 /// Whether a path means stdout.
 pub(crate) fn is_stdout(path: &Path) -> bool {
     ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|stdout| path == Path::new(stdout))
-}
-
-/// The question that was typed, or else the declared ones; a picture needs none.
-pub(crate) fn questions_of(network: &mut Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
-    match typed {
-        None if network.model.questions.is_empty() => Ok(Vec::new()),
-        typed => program::questions(network, typed),
-    }
 }

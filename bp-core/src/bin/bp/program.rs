@@ -79,10 +79,26 @@ pub(crate) fn questions_of_rows(
     typed: Option<&str>,
     rows: &PlateData,
 ) -> Result<Vec<Question>, Failure> {
-    let asked = asked(network, typed)?.into_iter();
-    let asked: Vec<Question> =
-        asked.map(|question| rows.known_in(&network.model, &question)).collect::<Result<_, _>>()?;
+    let asked = asked_of_rows(network, typed, rows)?;
     Ok(asked.iter().map(|question| network.model.pose(question)).collect())
+}
+
+/// The same, as they are written: each can be posed in a program of its own.
+pub(crate) fn asked_of_rows(
+    network: &Network,
+    typed: Option<&str>,
+    rows: &PlateData,
+) -> Result<Vec<Question>, Failure> {
+    let asked = asked(network, typed)?.into_iter();
+    Ok(asked.map(|question| rows.known_in(&network.model, &question)).collect::<Result<_, _>>()?)
+}
+
+/// The question that was typed, or the declared ones, as they are written; a page can show a program without questions.
+pub(crate) fn shown(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
+    match typed {
+        None if network.model.questions.is_empty() => Ok(Vec::new()),
+        typed => asked(network, typed),
+    }
 }
 
 fn asked(network: &Network, typed: Option<&str>) -> Result<Vec<Question>, Failure> {
