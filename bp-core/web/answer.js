@@ -6,6 +6,10 @@
 /** Scores that differ by less than this share of the largest are tied. */
 const TIE = 1e-9;
 
+/** What is wrong where a form refuses a number, and where a density is too small or too large for a number. */
+const OUTSIDE = "a number of a form is outside its range";
+const BEYOND = "the answer is beyond the range of numbers: a density or a weight overflows";
+
 /** The inputs of functions: the values of controls, those of the elements of a family in one list. */
 function inputsOf({ controls }, values) {
     const inputs = {};
@@ -88,17 +92,21 @@ function columns(figure) {
     return [...(named ? [named] : []), one("mean", mean), one("deviation", deviation), ...shares(quantiles)];
 }
 
-/** The headings and the texts of a row; a variable without a value heads its row, not a column. */
-function cellsOf({ values, figure }) {
+/** The headings and the texts of a row; a variable without a value heads its row, not a column. Covariances follow. */
+function cellsOf({ values, figure, covariances = [] }) {
     const valued = values.filter(([, value]) => value !== "");
     const names = values.filter(([, value]) => value === "").map(([name]) => name);
-    return [...valued, ...(names.length > 0 ? [["", names.join(" ")]] : []), ...columns(figure)];
+    const beside = covariances.map(([name, number], at) => [`${at === 0 ? "covariance " : ""}with ${name}`, digits(number)]);
+    return [...valued, ...(names.length > 0 ? [["", names.join(" ")]] : []), ...columns(figure), ...beside];
 }
 
 /** ln P(evidence) of an answer; null where nothing is known. Soft evidence is no event. */
 function lnEvidence(shown, results) {
-    const [{ run, soft }] = shown.sources;
+    const [{ run, soft, is_law: isLaw }] = shown.sources;
     const { lnEvidence: ln } = results[run];
+    if (isLaw && ln !== null && !Number.isFinite(ln)) {
+        throw new RangeError(BEYOND);
+    }
     return shown.text.includes("|") && soft.length === 0 && Number.isFinite(ln) ? ln : null;
 }
 
@@ -147,7 +155,7 @@ function ofInstant(source, cells) {
     let sum = 0;
     for (let at = 0; at < numbers.length; at++) {
         if (!(numbers[at] >= 0 && numbers[at] < Infinity)) {
-            throw new RangeError("a number of a form is outside its range");
+            throw new RangeError(OUTSIDE);
         }
         sum += numbers[at];
     }

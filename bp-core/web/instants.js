@@ -20,7 +20,7 @@ function fixedInstants({ instants }) {
         return "";
     }
     const values = instants.columns.map((one) => `${one.label} = ${one.names ? one.names[one.numbers.indexOf(one.value)] : one.value}`);
-    return ` The answer is that to ${instants.count} instants, each with ${values.join(", ")}.`;
+    return ` The answer is that to ${instants.count} instants${values.length === 0 ? "" : `, each with ${values.join(", ")}`}.`;
 }
 
 /** The table of observations over time, a row for each instant. */

@@ -18,7 +18,7 @@ function countOf(moments) {
 /** The law with these moments. */
 function lawOf(moments, count) {
     if (moments.some((number) => !Number.isFinite(number))) {
-        throw new RangeError("a number of a form is outside its range");
+        throw new RangeError(OUTSIDE);
     }
     const at = (row, column) => moments[count + (row * (row + 1)) / 2 + column];
     const covariance = Array.from({ length: count }, (_, row) =>
@@ -156,6 +156,9 @@ function finite(key, number) {
     return { [key]: Number.isFinite(number) ? number : number > 0 ? "infinite" : "-infinite" };
 }
 
+/** Above this many reals, covariances are not shown. */
+const MOST_COVARIANCES = 100;
+
 /** The rows of a normal law; `context` names the instant, if several are shown. */
 function lawRows(shown, law, context) {
     const { word, levels, level } = shown.statistic;
@@ -166,14 +169,20 @@ function lawRows(shown, law, context) {
         const [mean, deviation] = [law.mean[place], Math.sqrt(Math.max(law.covariance[place][place], 0))];
         return figures(mean, deviation).map((figure) => row(figure, [[name, ""]]));
     });
+    const moments = () => {
+        const rows = each((mean, deviation) => [{ mean, deviation }]);
+        const isShown = names.length > 1 && names.length <= MOST_COVARIANCES;
+        const beside = (place) => ({ covariances: names.map((name, at) => [name, law.covariance[place][at]]) });
+        return rows.map((own, place) => ({ ...own, ...(isShown ? beside(place) : {}) }));
+    };
     switch (word) {
         case "":
             if (shown.at.length > 0) {
                 return [row({ density: Math.exp(lnDensity(law, shown.at)) }, at(shown.at))];
             }
-            return each((mean, deviation) => [{ mean, deviation }]);
+            return moments();
         case "sequence":
-            return each((mean, deviation) => [{ mean, deviation }]);
+            return moments();
         case "max":
         case "argmax":
             return [row(finite("density", Math.exp(lnLargest(law))), at(law.mean))];

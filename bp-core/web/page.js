@@ -136,39 +136,57 @@ function control(one, at) {
     const box = element("input", { type: "number", step: one.whole ? "1" : "any", "aria-label": `${one.label}, as a number` });
     const wrong = element("p", { class: "error", role: "status" });
     const short = (number) => String(Number(number.toPrecision(12)));
+    /** What is wrong with a number; nothing if it can be used. */
+    const mistake = (text) => {
+        const number = Number(text);
+        if (text === "" || !Number.isFinite(number)) {
+            return "This is not a number";
+        }
+        if (one.whole && !Number.isInteger(number)) {
+            return "This is not an integer";
+        }
+        const isBelow = ({ least, is_open: isOpen }) => least !== null && (isOpen ? number <= least : number < least);
+        const limit = one.limits.find((limit) => isBelow(limit) || (limit.most !== null && number > limit.most));
+        return limit === undefined ? "" : `\`${one.label}\` is ${short(number)}, but it must be ${limit.expected}`;
+    };
+    /** Shows a number on the slider, whose ends move where it is beyond them. */
+    const reach = (number) => {
+        slider.min = String(Math.min(Number(slider.min), number));
+        slider.max = String(Math.max(Number(slider.max), number));
+        slider.value = String(number);
+    };
     /** Says what is wrong with the number in the box; nothing if it is used. */
     const tell = (words) => {
         wrong.textContent = words === "" ? "" : `${words}; the answer is that of ${short(shownPage.values[one.name])}.`;
         box.setAttribute("aria-invalid", String(words !== ""));
     };
-    slider.value = String(first);
+    reach(first);
     box.value = short(first);
-    slider.addEventListener("input", () => {
-        const steps = Math.round((Number(slider.value) - one.low) / one.step);
-        const number = Number((one.low + steps * one.step).toPrecision(12));
+    const use = (number) => {
         box.value = short(number);
         tell("");
         set(number);
+    };
+    slider.addEventListener("input", () => {
+        const steps = Math.round((Number(slider.value) - one.low) / one.step);
+        use(Number((one.low + steps * one.step).toPrecision(12)));
     });
     slider.addEventListener("keydown", (event) => {
         // `any` has no step of its own for the arrow keys.
         const step = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
         if (step !== undefined) {
             event.preventDefault();
-            slider.value = String(Number(slider.value) + step * one.step);
-            slider.dispatchEvent(new Event("input"));
+            const number = shownPage.values[one.name] + step * one.step;
+            slider.value = String(number);
+            use(Number(Number(slider.value).toPrecision(12)));
         }
     });
     box.addEventListener("input", () => {
-        const number = Number(box.value);
-        if (box.value === "" || !Number.isFinite(number)) {
-            tell("This is not a number");
-        } else if (one.whole && !Number.isInteger(number)) {
-            tell("This is not an integer");
-        } else {
-            tell("");
-            slider.value = box.value;
-            set(number);
+        const words = mistake(box.value);
+        tell(words);
+        if (words === "") {
+            reach(Number(box.value));
+            set(Number(box.value));
         }
     });
     return element("div", { class: "control" }, label, box, slider, wrong);
@@ -198,12 +216,15 @@ function answer() {
                 const whole = picture(ask, results);
                 return { text: ask.text, rows: whole ? [] : rows(ask, results), picture: whole, lnEvidence: lnEvidence(ask, results) };
             }));
+            return;
         } catch (error) {
-            draw([{ text: question.text, error: error.message }]);
+            // A server has the words of `bp ask`, and answers more.
+            if (elsewhere === null) {
+                draw([{ text: question.text, error: withParameters(error.message, question) }]);
+                return;
+            }
         }
-        return;
-    }
-    if (elsewhere === null) {
+    } else if (elsewhere === null) {
         draw(question.fixed);
         return;
     }
@@ -220,6 +241,13 @@ function answer() {
             draw(answers);
         }
     });
+}
+
+/** A message about the numbers of forms, with the parameters that a reader has changed. */
+function withParameters(message, { controls }) {
+    const changed = controls.filter((one) => one.is_parameter && shownPage.values[one.name] !== one.value);
+    const told = changed.map((one) => `\`${one.label}\` = ${digits(shownPage.values[one.name])}`).join(", ");
+    return message === OUTSIDE && told !== "" ? `${message}, with ${told}` : message;
 }
 
 /** A distribution of one or two variables with many values, which is drawn; null for others. */

@@ -4,26 +4,30 @@
 // reads. Invariant: an instant without observations is still an instant.
 
 /** What is observed at an instant: a number for each column, or a list for columns of one input, and whether it is given. */
-function observedAt({ columns }, { needed }, row, at) {
+function observedAt({ columns }, { needed, together }, row, at) {
     const given = {};
+    const put = (name, element, number) => {
+        if (element === undefined) {
+            given[name] = number;
+        } else {
+            given[name] ??= [];
+            given[name][element.place] = number;
+        }
+    };
     for (const { name, value, element } of columns) {
         const own = row[name] ?? null;
         const input = element?.of ?? name;
         const flag = `whether ${input} is given`;
         const isGiven = own === null ? 0 : 1;
-        if (given[flag] !== undefined && given[flag] !== isGiven) {
+        const isTogether = together.includes(input);
+        if (isTogether && given[flag] !== undefined && given[flag] !== isGiven) {
             throw new RangeError(`at instant ${at + 1} some numbers of \`${input}\` are missing: give all or none`);
         }
         if (isGiven === 0 && needed.includes(input)) {
-            throw new RangeError(`at instant ${at + 1} \`${input}\` is missing: a page computes each instant from it`);
+            throw new RangeError(`at instant ${at + 1} \`${input}\` is missing: the page computes each instant from it`);
         }
-        given[flag] = isGiven;
-        if (element === undefined) {
-            given[input] = own ?? value;
-        } else {
-            given[input] ??= [];
-            given[input][element.place] = own ?? value;
-        }
+        put(flag, isTogether ? undefined : element, isGiven);
+        put(input, element, own ?? value);
     }
     return given;
 }
@@ -46,6 +50,9 @@ function passed(steps, [first, later], inputs, observed) {
     let before = {};
     return observed.map((own, at) => {
         const result = kept((at === 0 ? first : later)({ ...inputs, ...before, ...own }));
+        if (steps.reals > 0 && !Number.isFinite(result.lnEvidence)) {
+            throw new RangeError(BEYOND);
+        }
         if (result.lnEvidence === -Infinity) {
             throw new RangeError(`the observations are impossible: at instant ${at + 1} their probability is 0`);
         }
@@ -65,11 +72,12 @@ function lastOf(steps, functions, inputs, observed) {
         throw new RangeError(steps.absent);
     }
     const results = passed(steps, functions, inputs, observed);
-    let result = results[results.length - 1];
+    const answers = [results[results.length - 1]];
     for (let at = 0; at < steps.ahead; at++) {
-        result = kept(functions[2]({ ...inputs, ...carriedBy(steps, result) }));
+        answers.push(kept(functions[2]({ ...inputs, ...carriedBy(steps, answers[at]) })));
     }
-    return { ...result, lnEvidence: lnOf(results) };
+    // A predicted instant adds ln of the probability that it has values at all: 0, unless a form leaves values out.
+    return { ...answers[steps.ahead], lnEvidence: lnOf(results) + lnOf(answers.slice(1)) };
 }
 
 /** Each instant given all observations, of finite states: forward and backward. */

@@ -30,3 +30,5 @@ mod serve;
 mod several;
 mod start;
 mod streams;
+#[cfg(feature = "serve")]
+mod typed;

@@ -3,6 +3,7 @@
 //! In: a variable's domain, or a parameter. Out: a [`Control`]. Invariant: a control's numbers are those that the host of a
 //! kernel gives: of a finite variable the number of the value, as in an expression of the program.
 
+use super::limits::Limit;
 use crate::model::{Domain, Parameter, ParameterKind};
 use serde::Serialize;
 
@@ -26,6 +27,8 @@ pub struct Control {
     pub is_parameter: bool,
     /// Its number at first.
     pub value: f64,
+    /// What its number must be.
+    pub limits: Vec<Limit>,
     /// Of an element of a family: the list that it belongs to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<Element>,
@@ -109,7 +112,7 @@ impl Control {
             Kind::Number { .. } => value,
         };
         let (name, label) = (name.to_owned(), label.to_owned());
-        Some(Self { name, label, is_parameter: false, value, element: None, kind })
+        Some(Self { name, label, is_parameter: false, value, limits: Vec::new(), element: None, kind })
     }
 
     /// Whether it sets an input of this name, alone or with others.
@@ -118,7 +121,7 @@ impl Control {
     }
 
     /// The control of a parameter that is one number.
-    pub fn of_parameter(parameter: &Parameter) -> Self {
+    pub(super) fn of_parameter(parameter: &Parameter, limits: Vec<Limit>) -> Self {
         let (first, kind): (f64, fn(f64) -> Kind) = match parameter.kind {
             ParameterKind::Probability => {
                 (0.5, |_| Kind::Number { low: 0.0, high: 1.0, step: 1.0 / STEPS, whole: false })
@@ -130,8 +133,18 @@ impl Control {
         };
         let value = parameter.default_number().unwrap_or(first);
         let (name, label) = (parameter.name.clone(), parameter.name.clone());
-        Self { name, label, is_parameter: true, value, element: None, kind: kind(value) }
+        let kind = within(kind(value), &limits);
+        Self { name, label, is_parameter: true, value, limits, element: None, kind }
     }
+}
+
+/// The values of a control without those that a limit excludes.
+fn within(kind: Kind, limits: &[Limit]) -> Kind {
+    let Kind::Number { low, high, step, whole } = kind else { return kind };
+    let least = |limit: &Limit| Some(limit.least? + if limit.is_open { step } else { 0.0 });
+    let low = limits.iter().filter_map(least).fold(low, f64::max);
+    let high = limits.iter().filter_map(|limit| limit.most).fold(high, f64::min);
+    Kind::Number { low, high, step, whole }
 }
 
 /// A range of reals around a number, of one sign if it is not 0.

@@ -28,7 +28,8 @@ pub struct Instants {
 }
 
 impl Instants {
-    /// The observations of a question; `None` if it is not over time, or has too many columns.
+    /// The observations of a question, none if it knows only what holds at each instant; `None` if it is not over time, or has too
+    /// many columns.
     pub fn of(model: &Model, question: &Question) -> Option<Self> {
         let mut found = Self { columns: Vec::new(), count: AT_FIRST, variables: Vec::new() };
         let asks = question.asks.iter().filter(|ask| ask.when.is_over_time());
@@ -41,7 +42,7 @@ impl Instants {
         for known in open {
             found.add(model, known.variable)?;
         }
-        (asks.count() > 0 && !found.columns.is_empty()).then_some(found)
+        (asks.count() > 0).then_some(found)
     }
 
     /// Adds the columns of a variable: one, or one for each element of a family.

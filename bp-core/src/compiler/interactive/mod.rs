@@ -6,6 +6,8 @@
 
 mod control;
 mod instants;
+mod limits;
+mod missing;
 mod now;
 mod open;
 mod run;
@@ -14,13 +16,15 @@ mod steps;
 
 pub use control::{Control, Element, Kind};
 pub use instants::Instants;
+pub use limits::Limit;
 pub use open::{begun, given, opened};
 pub use run::{Run, State, Steps, Way};
 pub use shown::{Axis, NamedStatistic, Shown, Soft, Source};
 
+use crate::analysis::relevant_factors;
 use crate::emit::javascript::{Javascript, emit_javascript};
 use crate::error::Error;
-use crate::ids::Id;
+use crate::ids::{FactorId, Id};
 use crate::kernel::{InputKey, Kernel};
 use crate::model::{Ask, Model, ParameterKind, Question};
 use crate::plan::Route;
@@ -55,13 +59,15 @@ pub struct Moving {
     pub refused: Option<String>,
 }
 
-/// The moving questions of a program, whose derived variables have been posed ([`Model::pose`]).
+/// The moving questions of a program, each posed in a program of its own.
 pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
     let mut made = Interactive::default();
     let mut kernels: Vec<Kernel> = Vec::new();
     // The number of kernels of each run of each question.
     let mut places: Vec<Vec<usize>> = Vec::new();
     for question in questions {
+        let (model, question) = model.posed(question);
+        let (model, question) = (model.as_ref(), question.as_ref());
         let text: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
         let (name, text) = (question.name.clone(), text.join("; "));
         let (open, controls) = opened(model, question);
@@ -74,10 +80,14 @@ pub fn interactive(model: &Model, questions: &[Question]) -> Interactive {
             }
             Err(Refused(reason)) => {
                 let refused = Some(reason);
-                let scalars = model.parameters.values().filter(|parameter| {
+                let scalars = model.parameters.iter().filter(|(_, parameter)| {
                     parameter.kind != ParameterKind::Size && parameter.default_number().is_some()
                 });
-                let controls = controls.into_iter().chain(scalars.map(Control::of_parameter)).collect();
+                let factors = relevant(model, question);
+                let scalars = scalars.map(|(id, parameter)| {
+                    Control::of_parameter(parameter, limits::limits(model, &factors, id))
+                });
+                let controls = controls.into_iter().chain(scalars).collect();
                 let (runs, asks) = (Vec::new(), Vec::new());
                 (Moving { name, text, controls, instants, runs, asks, refused }, Vec::new())
             }
@@ -163,9 +173,11 @@ fn compiled(
         sources.push(own.iter().flat_map(|part| part.sources.iter().cloned()).collect());
         parts.extend(own);
     }
+    let factors = relevant(model, question);
     for part in &parts {
         for kernel in &part.kernels {
-            add_parameters(model, kernel, (part.steps.as_ref(), instants), &mut controls)?;
+            let times = (part.steps.as_ref(), instants);
+            add_parameters((model, &factors), kernel, times, &mut controls)?;
         }
     }
     let mut asks = Vec::with_capacity(plan.places.len());
@@ -177,9 +189,14 @@ fn compiled(
     Ok(Compiled { parts, controls, asks })
 }
 
+/// The factors that matter for a question.
+fn relevant(model: &Model, question: &Question) -> Vec<FactorId> {
+    question.asks.iter().flat_map(|ask| relevant_factors(model, std::slice::from_ref(ask))).collect()
+}
+
 /// Adds a control for each number that a kernel reads and that has none.
 fn add_parameters(
-    model: &Model,
+    (model, factors): (&Model, &[FactorId]),
     kernel: &Kernel,
     (steps, instants): (Option<&Steps>, Option<&Instants>),
     controls: &mut Vec<Control>,
@@ -193,7 +210,8 @@ fn add_parameters(
             (InputKey::Parameter(id), _) if id.position() >= model.parameters.len() => true,
             (InputKey::Parameter(id), _) if buffer.axes.is_empty() => {
                 if controls.iter().all(|control| control.name != buffer.name) {
-                    controls.push(Control::of_parameter(&model.parameters[*id]));
+                    let limits = limits::limits(model, factors, *id);
+                    controls.push(Control::of_parameter(&model.parameters[*id], limits));
                 }
                 true
             }

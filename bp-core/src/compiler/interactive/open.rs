@@ -85,14 +85,15 @@ pub fn given(
 }
 
 /// A question with a value for each known variable that needs one: for a real whose value is open `real`, for a value that is
-/// given when the question is asked the first of its domain. A table of a finite variable stays a table.
-pub fn begun(model: &Model, question: &Question, real: f64) -> Question {
+/// given when the question is asked the first of its domain. A table of a finite variable stays a table, unless a `row` of it is
+/// wanted: that of the first value.
+pub fn begun(model: &Model, question: &Question, real: f64, row: bool) -> Question {
     let mut question = question.clone();
     let begin = |known: &mut Known| {
         let domain = &model.variables[known.variable].domain;
         let open = match &known.evidence {
             Finding::Hard(Value::Given(name)) => !model.parameters.values().any(|one| one.name == *name),
-            Finding::Each => *domain == Domain::Real && !model.is_equation(known.variable),
+            Finding::Each => (*domain == Domain::Real || row) && !model.is_equation(known.variable),
             _ => false,
         };
         let alone = model.variables[known.variable].family.is_none();

@@ -48,6 +48,11 @@ pub struct Steps {
     pub ahead: usize,
     /// The observations without which an instant is not computed.
     pub needed: Vec<String>,
+    /// The observations of several numbers of which all are given at an instant, or none.
+    pub together: Vec<String>,
+    /// The observations each number of which may be missing by itself: whether it is given has an input of the same shape.
+    #[serde(skip)]
+    pub apart: Vec<String>,
     /// Why the first instant has no answer, if it has none.
     pub absent: Option<String>,
 }

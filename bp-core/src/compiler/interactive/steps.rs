@@ -3,6 +3,7 @@
 //! In: a question over time, and its route. Out: the kernels of its kinds of instants, and [`Steps`]: how a page runs them.
 //! Invariant: the numbers are those of the host, of finite states and of linear normal laws; what is not exact is refused.
 
+use super::missing::with_missing;
 use super::now::{law, sized};
 use super::run::{State, Steps, Way};
 use super::shown::{of_law, of_table};
@@ -34,8 +35,7 @@ pub(super) fn followed(
     let absent = route.absent_at_first(model).map(|error| error.to_string());
     let steps = Steps { ahead: ask.when.ahead(), absent, ..Steps::default() };
     let part = match (route.strategy(), ask.when) {
-        (Strategy::Chain, When::Smooth | When::Sequence) => whole(model, &route, steps, run, name),
-        (Strategy::Chain, _) => last(model, &route, steps, run, name),
+        (Strategy::Chain, _) => states(model, &route, steps, run, name),
         (Strategy::Gaussian, _) => normal(model, &route, steps, run, name),
         (by, _) => {
             let by = by.name().replace('_', " ");
@@ -45,18 +45,45 @@ pub(super) fn followed(
     Ok(vec![part?])
 }
 
+/// A program and a route, and those of the instants that are predicted.
+#[derive(Clone, Copy)]
+struct Asked<'m> {
+    model: &'m Model,
+    route: &'m OverTime,
+    ahead: (&'m Model, &'m OverTime),
+}
+
+/// Finite states, of which as many observations may be missing as possible.
+fn states(model: &Model, route: &OverTime, steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+    let by = if route.ask().when.is_every_instant() { whole } else { last };
+    let asked = Asked { model, route, ahead: (model, route) };
+    let part = by(asked, steps.clone(), run, name)?;
+    let needed = part.steps.as_ref().map_or(&[][..], |steps| &steps.needed);
+    if needed.is_empty() {
+        return Ok(part);
+    }
+    let (model, ask, apart) = with_missing(model, route.ask(), needed);
+    let route = OverTime { asks: vec![ask], ..route.clone() };
+    // A predicted instant has no observations.
+    let asked = Asked { model: &model, route: &route, ..asked };
+    // It has more to sum, and may be too large for a page.
+    Ok(by(asked, Steps { apart, ..steps }, run, name).unwrap_or(part))
+}
+
 /// The kernel of an instant of finite states; what it reads is noted in the steps.
 fn instant(
-    model: &Model,
-    route: &OverTime,
+    asked: Asked<'_>,
     phase: Phase,
     name: &str,
     steps: &mut Steps,
 ) -> Result<(Step, Lowered), Refused> {
+    let (model, route) = if phase == Phase::Ahead { asked.ahead } else { (asked.model, asked.route) };
     let InstantCode::Chain { step, mut lowered, .. } = route.instant(model, phase, name, false)? else {
         return Err(Refused::of(model, route.ask(), "it has no states"));
     };
     lowered.kernel = sized(lowered.kernel)?;
+    let together = together(&step).into_iter().filter(|name| !steps.together.contains(name));
+    steps.together.extend(together.collect::<Vec<_>>());
     for buffer in lowered.kernel.buffers.values() {
         match buffer.role.input() {
             Some(InputKey::Previous(_)) => steps.carried = buffer.name.clone(),
@@ -65,7 +92,8 @@ fn instant(
             }
             Some(InputKey::Value(variable, input)) => {
                 let is_state = phase == Phase::Trace && route.carried.iter().any(|(now, _)| now == variable);
-                let may_be_absent = step.absent.iter().any(|(own, _)| own == variable);
+                let may_be_absent =
+                    step.absent.iter().any(|(own, _)| own == variable) || steps.apart.contains(input);
                 if !is_state && !may_be_absent && !steps.needed.contains(input) {
                     steps.needed.push(input.clone());
                 }
@@ -77,10 +105,11 @@ fn instant(
 }
 
 /// The last instant of finite states.
-fn last(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+fn last(asked: Asked<'_>, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+    let Asked { model, route, .. } = asked;
     let (mut kernels, mut shown) = (Vec::new(), None);
     for phase in route.phases() {
-        let (step, lowered) = instant(model, route, *phase, name, &mut steps)?;
+        let (step, lowered) = instant(asked, *phase, name, &mut steps)?;
         kernels.push(lowered.kernel.clone());
         shown = Some((step, lowered));
     }
@@ -91,7 +120,8 @@ fn last(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &st
 }
 
 /// All instants of finite states: each given all observations, and for a sequence also the most likely states.
-fn whole(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+fn whole(asked: Asked<'_>, mut steps: Steps, run: usize, name: &str) -> Result<Part, Refused> {
+    let Asked { model, route, .. } = asked;
     let ask = route.ask();
     let is_carried = |item: &Searched| route.carried.iter().any(|(now, _)| *now == item.variable);
     let is_family = |(now, _): &(VariableId, VariableId)| model.variables[*now].family.is_some();
@@ -105,7 +135,7 @@ fn whole(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &s
     let smooth = OverTime { asks: vec![Ask { when: When::Smooth, ..ask.clone() }], ..route.clone() };
     let (mut kernels, mut shown) = (Vec::new(), None);
     for phase in smooth.phases() {
-        let (step, lowered) = instant(model, &smooth, *phase, name, &mut steps)?;
+        let (step, lowered) = instant(Asked { route: &smooth, ..asked }, *phase, name, &mut steps)?;
         kernels.push(lowered.kernel.clone());
         shown = Some((step, lowered));
     }
@@ -115,7 +145,7 @@ fn whole(model: &Model, route: &OverTime, mut steps: Steps, run: usize, name: &s
     if ask.when == When::Sequence {
         steps.way = Way::Sequence;
         for phase in [Phase::Best, Phase::Trace] {
-            kernels.push(instant(model, route, phase, name, &mut steps)?.1.kernel);
+            kernels.push(instant(asked, phase, name, &mut steps)?.1.kernel);
         }
         let states = route.carried.iter().map(|(now, _)| {
             let (name, domain) = (model.variable_name(*now), &model.variables[*now].domain);
@@ -159,12 +189,21 @@ fn normal(
         made.push(lowered);
     }
     steps.reals = reals(&made[0].kernel);
+    steps.together = together(&made[0].step);
     if steps.reals == 0 {
         return Err(Refused::of(model, ask, "nothing is carried from instant to instant"));
     }
     let source = of_law(model, run, &made[0].searched[..ask.searched.len()]);
     let kernels = made.into_iter().map(|lowered| lowered.kernel).collect();
     Ok(Part { kernels, steps: Some(steps), sources: vec![source] })
+}
+
+/// The observations of several numbers that have one input which says whether they are given.
+fn together(step: &Step) -> Vec<String> {
+    let variables = step.absent.iter().map(|(variable, _)| *variable);
+    let several =
+        |id: &VariableId| step.model.variables[*id].family.is_some() || step.model.components(*id) > 1;
+    variables.filter(several).map(|id| step.model.variable_name(id)).collect()
 }
 
 /// The number of reals whose law a kernel hands on.

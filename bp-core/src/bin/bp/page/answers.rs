@@ -45,10 +45,16 @@ pub(crate) fn answers(model: &Model, question: &Question, given: Option<&Given>)
     let text: Vec<String> = question.asks.iter().map(|ask| model.ask_text(ask)).collect();
     let tried = match (Instants::of(model, question), given) {
         (Some(instants), _) => over_time(model, question, &instants, given),
+        (None, _) if question.asks.iter().any(|ask| ask.when.is_over_time()) => {
+            Err(Error::input(text.join("; "), "a page has no columns for its observations"))
+        }
         (None, Some(_)) => found(model, question, given),
         (None, None) => {
-            let first = |real: f64| found(model, &begun(model, question, real), None);
-            first(FIRST[0]).or_else(|error| FIRST[1..].iter().find_map(|real| first(*real).ok()).ok_or(error))
+            // Where it has no tables, one row is shown.
+            let tried = [false, true].into_iter().flat_map(|rows| FIRST.map(|real| (rows, real)));
+            let mut all = tried.map(|(rows, real)| found(model, &begun(model, question, real, rows), None));
+            let first = all.next().expect("internal: some values are tried");
+            first.or_else(|error| all.find_map(Result::ok).ok_or(error))
         }
     };
     match tried {
@@ -117,8 +123,19 @@ fn over_time(
 }
 
 fn shown(answer: &Answer) -> Value {
-    let row = |row: &bp_core::compiler::answer::Row| json!({ "values": row.values, "figure": row.figure });
-    let rows: Vec<Value> = answer.answer.iter().take(MOST_ROWS).map(row).collect();
+    let covariances = answer.covariances();
+    let beside = |at: usize| {
+        let own = covariances.iter().rfind(|own| own.first <= at)?;
+        Some(own.names.iter().zip(own.matrix.get(at - own.first)?).collect::<Vec<_>>())
+    };
+    let row = |(at, row): (usize, &bp_core::compiler::answer::Row)| {
+        let mut shown = json!({ "values": row.values, "figure": row.figure });
+        if let Some(beside) = beside(at) {
+            shown["covariances"] = json!(beside);
+        }
+        shown
+    };
+    let rows: Vec<Value> = answer.answer.iter().take(MOST_ROWS).enumerate().map(row).collect();
     let mut notes = Vec::new();
     if let Some(estimate) = &answer.estimate {
         notes.push(format!(

@@ -7,7 +7,6 @@ mod answers;
 
 use crate::failure::Failure;
 use crate::html;
-use crate::output::questions_of;
 use crate::program;
 #[cfg(feature = "serve")]
 pub(crate) use answers::Given;
@@ -54,10 +53,11 @@ pub(crate) fn content(
     let interactive = interactive(model, questions);
     let mut shown = Vec::new();
     for (moving, question) in interactive.questions.iter().zip(questions) {
+        let (model, question) = model.posed(question);
         let mut own = serde_json::to_value(moving).map_err(|error| Failure::Words(error.to_string()))?;
-        own["derivation"] = json!(derivation(model, question));
+        own["derivation"] = json!(derivation(&model, &question));
         own["fixed"] = match fixed && moving.refused.is_some() {
-            true => answers(model, question, None),
+            true => answers(&model, &question, None),
             false => Value::Null,
         };
         shown.push(own);
@@ -97,7 +97,7 @@ fn derivation(model: &Model, question: &Question) -> String {
 pub(crate) fn exported(file: &Path, typed: Option<&str>) -> Result<String, Failure> {
     let (mut network, source) = program::with_source(file)?;
     network.model = link(&network.model)?.into_owned();
-    let questions = questions_of(&mut network, typed)?;
+    let questions = program::shown(&network, typed)?;
     let Content { program, interactive } = content(&network.model, &source, &questions, true)?;
     // The functions are in a scope of their own, since a question may have the name of a function of the page.
     let (code, names) = (&interactive.code.text, interactive.code.names.join(", "));

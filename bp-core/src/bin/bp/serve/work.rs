@@ -51,13 +51,12 @@ pub(super) fn run() -> Result<(), Failure> {
     write!(std::io::stdout(), "{found}").map_err(Failure::Output)
 }
 
-/// The last program of a text and its questions, with what they derive.
+/// The last program of a text, and its questions.
 fn read(source: &Source) -> Result<(Model, Vec<Question>), Diagnostics> {
     let model = compile(source)?;
     let whole = |error: Error| Diagnostics(vec![Diagnostic::new(Default::default(), error.to_string())]);
-    let mut model = link(&model).map_err(whole)?.into_owned();
-    let declared: Vec<Question> = model.questions.values().cloned().collect();
-    let questions = declared.iter().map(|question| model.pose(question)).collect();
+    let model = link(&model).map_err(whole)?.into_owned();
+    let questions = model.questions.values().cloned().collect();
     Ok((model, questions))
 }
 
@@ -103,7 +102,10 @@ fn answered(asked: &Asked) -> Value {
     let source = Source::new("program.bp", asked.text.as_str());
     match read(&source) {
         Ok((model, questions)) => match questions.get(asked.question) {
-            Some(question) => answers(&model, question, Some(&asked.given)),
+            Some(question) => {
+                let (model, question) = model.posed(question);
+                answers(&model, &question, Some(&asked.given))
+            }
             None => json!([{ "text": "", "error": "there is no such question" }]),
         },
         Err(_) => json!([{ "text": "", "error": "the program has mistakes" }]),
