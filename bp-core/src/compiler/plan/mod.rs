@@ -218,17 +218,15 @@ fn planned(
     Ok(Plan { question: question.clone(), routes, offers, places })
 }
 
+/// Parts that go together, their route, and the offers for them.
+type Chosen = (Vec<usize>, (Route, Vec<Offer>));
+
 /// Upper limit on the parts that are planned alone.
 const MOST_APART: usize = 200;
 
 /// The routes of parts that go together: one for all of them where it is exact; otherwise one for each part that has an exact answer
 /// alone, and one for the rest.
-fn chosen(
-    model: &Model,
-    all: &[Part],
-    group: Vec<usize>,
-    options: Options,
-) -> Result<Vec<(Vec<usize>, (Route, Vec<Offer>))>, Error> {
+fn chosen(model: &Model, all: &[Part], group: Vec<usize>, options: Options) -> Result<Vec<Chosen>, Error> {
     let choose = |group: &[usize]| {
         let asks: Vec<Ask> = group.iter().map(|part| all[*part].ask.clone()).collect();
         strategy::choose(model, &asks, options)
