@@ -21,6 +21,7 @@ const PACKAGES: [&str; 54] = [
     "bp-core",
     "bp-macros",
     "bvm",
+    "ciborium",
     "clap",
     "clap_complete",
     "criterion",

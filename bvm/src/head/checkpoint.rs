@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 /// Time between two writings.
 const EVERY: Duration = Duration::from_millis(1500);
 /// The version of the file.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What a run was asked to do, except for its length.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
