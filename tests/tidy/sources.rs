@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const MOST_LINES: usize = 400;
 
 /// Packages that the workspace may depend on.
-const PACKAGES: [&str; 54] = [
+const PACKAGES: [&str; 55] = [
     "ahrs",
     "allocation-counter",
     "ariadne",
