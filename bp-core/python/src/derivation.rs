@@ -3,7 +3,7 @@
 //! In: a program and a question. Out: [`Derivation`], as text, LaTeX and MathML. Invariant: each form shows the same steps of
 //! the same plan, which is the plan that answers the question.
 
-use crate::origin::function;
+use crate::origin::{Rebuilt, function};
 use bp_core::compiler::model::{Model, Question};
 use bp_core::compiler::plan::{Notation, Options, Plan, plan};
 use bp_core::compiler::source::Source;
@@ -142,7 +142,7 @@ impl Derivation {
         self.__str__()
     }
 
-    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (String, Vec<Parts>))> {
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<Rebuilt<(String, Vec<Parts>)>> {
         Ok((function(py, "_derivation")?, (self.program.clone(), self._parts())))
     }
 

@@ -34,6 +34,9 @@ pub(crate) struct Origin {
 /// What pickle needs: the function that makes the program again, and its arguments.
 pub(crate) type Reduced = (Py<PyAny>, (String, String, Py<PyAny>, Option<String>));
 
+/// What Python makes a pickled value of: a function, and its arguments.
+pub(crate) type Rebuilt<A> = (Py<PyAny>, A);
+
 /// A function of this module, by which pickle makes an object again.
 pub(crate) fn function(py: Python<'_>, name: &str) -> PyResult<Py<PyAny>> {
     Ok(py.import("bayesian_programs._native")?.getattr(name)?.unbind())

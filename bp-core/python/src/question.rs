@@ -4,7 +4,7 @@
 //! immutable and shares its compiled code; where its answers are quick, they are computed on the thread that asks.
 
 use crate::error::raised;
-use crate::origin::function;
+use crate::origin::{Rebuilt, function};
 use crate::posterior::Posterior;
 use crate::program::Program;
 use crate::table;
@@ -18,6 +18,9 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+/// The program, the text and the known values of a question that is pickled.
+type Known = (Py<Program>, String, Py<PyDict>);
 
 /// The time within which an answer is quick: Ctrl-C need not interrupt it.
 const QUICK: Duration = Duration::from_millis(20);
@@ -146,7 +149,7 @@ impl Question {
         Ok(Self { asked: Arc::new(Asked { question, quick }), program, text, given })
     }
 
-    fn __reduce__(&self, py: Python<'_>) -> PyResult<(Py<PyAny>, (Py<Program>, String, Py<PyDict>))> {
+    fn __reduce__(&self, py: Python<'_>) -> PyResult<Rebuilt<Known>> {
         let given = named(py, &self.given)?.unbind();
         Ok((function(py, "_questioned")?, (self.program.clone_ref(py), self.text.clone(), given)))
     }

@@ -311,12 +311,14 @@ fn columns_of_plates_and_sizes_are_checked() {
 fn a_likelihood_is_not_above_one_and_not_minus_zero() {
     let text = "program Row { variables { X : { a, b, c }; } decomposition { P(X) } forms { P(X) = unknown(histogram); } }";
     let folder = Folder::with(&[("row.bp", text), ("none.csv", "X\n"), ("d.csv", "X\na\n")]);
-    for data in ["none.csv", "d.csv"] {
-        let report = written(&folder.bp(&["learn", "row.bp", "--data", data, "--json"]));
-        assert!(!report.contains("-0.0"), "{report}");
-        let report: Value = serde_json::from_str(&report).unwrap();
-        assert_eq!(report["ln_likelihood"], 0.0);
-    }
+    let report = written(&folder.bp(&["learn", "row.bp", "--data", "d.csv", "--json"]));
+    assert!(!report.contains("-0.0"), "{report}");
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["ln_likelihood"], 0.0);
+    // Nothing is learned of no cases.
+    let output = folder.bp(&["learn", "row.bp", "--data", "none.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("no rows"), "{}", stderr(&output));
 }
 
 #[test]
