@@ -13,9 +13,10 @@ use crate::distribution::Setting;
 use crate::error::Error;
 use crate::ids::{FactorId, VariableId};
 use crate::learn::sizes;
-use crate::model::{Ask, Finding, IndexSpace, Known, Model, Question, Searched, Statistic, When};
+use crate::model::{Ask, IndexSpace, Model, Question, Searched, Statistic, When};
 use crate::plan::Strategy;
 use crate::strategies::weighting::refused_factor;
+use std::collections::BTreeSet;
 
 /// The observed and the wanted variables of all cases.
 pub(super) struct Wanted {
@@ -70,8 +71,7 @@ impl Wanted {
         if program.model().plate.is_some() || self.slots.is_empty() {
             return Ok(None);
         }
-        let asked = self.ask();
-        let question = Question { name: "marginals".to_owned(), asks: vec![asked], derived: Vec::new() };
+        let question = Question { name: "marginals".to_owned(), asks: self.asks(), derived: Vec::new() };
         let (model, question) = program.model().posed(&question);
         let is_finite = |id: &VariableId| model.variables[*id].domain.is_finite();
         let factors = relevant_factors(&model, &question.asks);
@@ -95,17 +95,19 @@ impl Wanted {
         Ok(by_tree.then(|| (model.into_owned(), factors)))
     }
 
-    /// A question for all that is wanted, given all that is observed.
-    fn ask(&self) -> Ask {
-        let mut searched: Vec<VariableId> = self.slots.iter().map(|slot| slot.variable).collect();
-        searched.dedup();
-        let observed = self.observed.iter().map(|id| Known { variable: *id, evidence: Finding::Each });
-        Ask {
+    /// Questions about each variable that is wanted or observed, which matter in all cases. None knows the values of another: of a sum of
+    /// many variables there is a table of parts, never one over all of them.
+    fn asks(&self) -> Vec<Ask> {
+        let wanted = self.slots.iter().map(|slot| slot.variable).chain(self.observed.iter().copied());
+        let all: BTreeSet<VariableId> =
+            wanted.chain(self.program.opened.known.iter().map(|known| known.variable)).collect();
+        let ask = |variable| Ask {
             statistic: Statistic::Distribution,
             when: When::Now,
-            searched: searched.into_iter().map(|variable| Searched { variable, at: None }).collect(),
-            known: observed.chain(self.program.opened.known.iter().cloned()).collect(),
-        }
+            searched: vec![Searched { variable, at: None }],
+            known: Vec::new(),
+        };
+        all.into_iter().map(ask).collect()
     }
 
     /// How the cells of a column are read.
