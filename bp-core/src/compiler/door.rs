@@ -1,6 +1,6 @@
 //! The doors to the compiler, and the name that each has for what a message advises.
 //!
-//! In: the door of this process, once. Out: an [`Advice`] in the words of that door. Invariant: a name that differs between doors
+//! In: the door of this process, once. Out: an `Advice` in the words of that door. Invariant: a name that differs between doors
 //! stands in the table below, and nowhere else in the compiler.
 
 use std::fmt::{self, Display, Formatter};
