@@ -6,12 +6,15 @@
 use super::labels::{at_whole, fitted, of_places, shortened, tick, tick_between};
 use super::{Bars, Course, Density, Panel};
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::register_font;
 use std::io::Cursor;
 use std::sync::OnceLock;
 
 pub(super) type Area<'b, B> = DrawingArea<B, Shift>;
+/// Two axes with numbers.
+type Chart<'b, B> = ChartContext<'b, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 pub(super) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 const FONT: &str = "sans-serif";
@@ -160,6 +163,22 @@ impl Pen {
         builder
     }
 
+    /// The names of what is drawn.
+    pub(super) fn legend<'b, B: DrawingBackend + 'b>(
+        &self,
+        chart: &mut Chart<'b, B>,
+        position: SeriesLabelPosition,
+    ) -> Drawn<B> {
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.85))
+            .border_style(GRID)
+            .label_font(self.text(13))
+            .legend_area_size(24 * self.fine)
+            .position(position)
+            .draw()
+    }
+
     fn bars<B: DrawingBackend>(&self, area: &Area<'_, B>, panel: &Bars) -> Drawn<B> {
         let count = panel.bars.len();
         let (low, high) = range(
@@ -279,14 +298,7 @@ impl Pen {
                 .label(format!("mean {}", across(&mean)))
                 .legend(move |at| key_line(at, unit, COLOURS[1]));
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(GRID)
-            .label_font(self.text(13))
-            .legend_area_size(24 * self.fine)
-            .position(SeriesLabelPosition::UpperRight)
-            .draw()
+        self.legend(&mut chart, SeriesLabelPosition::UpperRight)
     }
 
     fn course<B: DrawingBackend>(&self, area: &Area<'_, B>, panel: &Course) -> Drawn<B> {
@@ -338,14 +350,7 @@ impl Pen {
             true => SeriesLabelPosition::LowerRight,
             false => SeriesLabelPosition::UpperRight,
         };
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(GRID)
-            .label_font(self.text(13))
-            .legend_area_size(24 * self.fine)
-            .position(position)
-            .draw()
+        self.legend(&mut chart, position)
     }
 }
 

@@ -46,13 +46,6 @@ impl Pen {
             .legend(move |(x, y)| {
                 Circle::new((x + 9 * unit as i32, y), 4 * unit as i32, COLOURS[1].filled())
             });
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(GRID)
-            .label_font(self.text(13))
-            .legend_area_size(24 * unit)
-            .position(SeriesLabelPosition::UpperRight)
-            .draw()
+        self.legend(&mut chart, SeriesLabelPosition::UpperRight)
     }
 }

@@ -101,13 +101,6 @@ impl Pen {
         if panel.lines.len() == 1 {
             return Ok(());
         }
-        chart
-            .configure_series_labels()
-            .background_style(WHITE.mix(0.85))
-            .border_style(GRID)
-            .label_font(self.text(13))
-            .legend_area_size(24 * unit)
-            .position(SeriesLabelPosition::UpperRight)
-            .draw()
+        self.legend(&mut chart, SeriesLabelPosition::UpperRight)
     }
 }
